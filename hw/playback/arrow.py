@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
@@ -56,8 +58,19 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
         ) from error
     # names of the others, without their numbers: a wrong name is answered by those there are
     listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in wanted}
-    units = {field.name: unit_of(field.metadata or {}) for field in read.schema}
+    units = _of_pandas(read.schema.metadata or {})
+    units |= {field.name: told for field in read.schema if (told := unit_of(field.metadata or {}))}
     return Table(listed | {own: _array(read.column(own)) for own in read.column_names}, units)
+
+
+def _of_pandas(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    """Units by column that `DataFrame.attrs["units"]` says."""
+    with suppress(ValueError):
+        attributes = json.loads(metadata.get(b"PANDAS_ATTRS", b"{}"))
+        units = attributes.get("units") if isinstance(attributes, dict) else None
+        if isinstance(units, dict):
+            return {name: told for name, told in units.items() if isinstance(told, str)}
+    return {}
 
 
 def _is_of(name: str, own: str) -> bool:

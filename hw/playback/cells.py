@@ -82,9 +82,37 @@ def _mark_of_decimals(cells: Sequence[str]) -> str:
     return marks.pop() if None not in matches and len(marks) == 1 and not _mark_of_whole(cells) else ""
 
 
+_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+def marks_of(
+    columns: Sequence[Sequence[str]], given: str | None, texts: Sequence[str], delimiter: str | None = None
+) -> str:
+    """The mark before decimals, behind that between thousands if there is one, of cells of some columns;
+    `given` is what somebody said of the former, `texts` are all that may have the latter."""
+    found = thousands_and_decimal(columns)
+    if found and given in (None, found[1]):
+        return "".join(found)
+    if given is None:
+        # some numbers have a comma in place of a point, and none has a point
+        cells = [cell for column in columns for cell in column if ":" not in cell]  # no times
+        commas = any(map(_COMMA.fullmatch, cells)) and not any("." in cell for cell in cells)
+        return "," if commas else "."
+    # who says which mark is before decimals has said of the other one that it is between thousands: read as a
+    # decimal point, `65.536` of a file with commas would be a thousandth of what it is
+    other = "." if given == "," else ","
+    return (other if other != delimiter and any(other in text for text in texts) else "") + given
+
+
 _HEXADECIMAL = re.compile(r"(?:0[xX]|16#)([0-9a-fA-F]{1,16})")
 
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,'\u2019 \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
+MINUS = "\u2212"
+"""The sign of typography, which spreadsheets and web pages put for a hyphen."""
+
+_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[-+]\d{1,3}$)")
+"""`1.5D-03` of Fortran; without a sign it may be hexadecimal."""
+
+_GROUPED = re.compile(r"[-+\u2212]?[1-9]\d{0,2}(?:[.,'\u2019 \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
 
 
 def number(cell: str, marks: str) -> float | None:
@@ -96,12 +124,21 @@ def number(cell: str, marks: str) -> float | None:
         cell = cell.replace(mark, "")
     if match := _HEXADECIMAL.fullmatch(cell):
         return float(int(match[1], 16))
+    cell = _EXPONENT.sub("e", cell.replace(MINUS, "-"))
     if "_" in cell:  # Python's own notation: a name such as `1_2` would be 12
         return None
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:
         return None
+
+
+def read_cells(cells: Sequence[str], marks: str) -> Words | None:
+    """A column of numbers, or what `read_words` reads; None if it is neither."""
+    found = [number(cell, marks) for cell in cells]
+    if None not in found:
+        return Words(np.array(found, float), "")
+    return read_words(cells, marks) if found[0] is None else None
 
 
 def read_words(cells: Sequence[str], decimal: str) -> Words | None:

@@ -22,6 +22,7 @@ from hw.playback.json_rows import read_json
 from hw.playback.matlab import read_matlab
 from hw.playback.matlab_hdf import read_hdf
 from hw.playback.packed import most_unpacked, read_unpacked
+from hw.playback.spelt_out import spelt_out
 from hw.playback.tdms import read_tdms
 from hw.playback.text_table import PLACE, NoColumnError, Table, in_rows, read_text
 
@@ -60,11 +61,11 @@ def read_table(
     ending = path.suffix.lower()
     if ending in READERS or ending in BINARY:
         found = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
-        whole = found if isinstance(found, Table) else Table(dict(found))
-        arrays, units = whole.columns, whole.units
+        whole = spelt_out(path, found if isinstance(found, Table) else Table(dict(found)), order, decimal)
         # dates become seconds (`_seconds`): another unit that was given for them is refused by this one
-        stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
-        table = Table(_flat(path, arrays, order), units | dict.fromkeys(stamps, "s"), whole.step_s)
+        stamps = [name for name in order if np.asarray(whole.columns.get(name)).dtype.kind in "mM"]
+        units = whole.units | dict.fromkeys(stamps, "s")
+        table = Table(_flat(path, whole.columns, order), units, whole.step_s)
     else:
         text = _text(path, order)
         if not text.strip():
@@ -149,12 +150,15 @@ def _npz(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
         raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
     with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:  # a pickle runs whatever code it holds
         sound = [name for name in arrays.files if not _needs_code(arrays, name)]
+        others = [name for name in arrays.files if name not in sound]
         for name in names:
             stem = name if name in arrays.files else re.split(r"[.#]", name)[0]
-            if stem in arrays.files and stem not in sound:
+            # a column that is nowhere else may be in there
+            if others and stem not in sound:
+                within = stem if stem in others else others[0]
                 raise BackendError(
-                    f"{path}: {stem!r} holds Python objects (a dict, a list of unlike rows), which only code "
-                    "in the file could make; save each column as numbers: np.savez(path, "
+                    f"{path}: {within!r} holds Python objects (a dict, a list of unlike rows), which only "
+                    "code in the file could make; save each column as numbers: np.savez(path, "
                     "q=np.asarray(log['q'], float), ...)"
                 )
         return {own: array for name in sound for own, array in _named(name, arrays[name]).items()}
@@ -180,7 +184,7 @@ def _named(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
     return {f"{name}.{field}" if name else field: array[field] for field in array.dtype.names}
 
 
-def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any] | Table:
+def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
     return read_matlab(path, raw, names, most_unpacked(len(raw)))
 
 
@@ -227,13 +231,6 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
         )
     array = np.asarray(arrays[stem if matrix else name])
     if array.dtype.kind not in "fiub" and array.dtype.kind not in "mM":
-        # a word stands for all: what was saved as text is told by how it is spelt
-        word = next((each for each in array.ravel() if isinstance(each, str)), None)
-        if word is not None:
-            raise BackendError(
-                f"{path}: {name!r} is text ({word[:40]!r}), not numbers; save it as numbers, or the log as "
-                "CSV, where decimal commas, units and times of day are read"
-            )
         raise BackendError(
             f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
         )

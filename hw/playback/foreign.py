@@ -39,6 +39,8 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
         "write it as a file (pyarrow.feather.write_feather of pyarrow.ipc.open_stream(FILE).read_all())",
     ),
     (b"header:\n  stamp:", "what ros2 topic echo shows", "write a table (ros2 topic echo --csv TOPIC)"),
+    (b"version https://git-lfs", "a pointer of Git LFS", "fetch the file itself (git lfs pull)"),
+    (b"<", "a page of HTML or XML", "save the table in it as CSV"),
     (b"\x80\x04", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
     (b"\x80\x05", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
 )

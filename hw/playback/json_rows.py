@@ -13,12 +13,15 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.text_rows import is_number
+from hw.playback.text_table import Table
+from hw.playback.units import units_beside
 
 DEEPEST = 4
 
 
-def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Arrays by name, of words, too; a column that some rows lack is left out.
+def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Table:
+    """Arrays by name, of words, too, and units that words beside them say; a column that some rows lack is
+    left out.
 
     Raises
     ------
@@ -44,7 +47,10 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
         raise BackendError(
             f"{path}: no rows: an object a line, a list of objects or an object of lists is read"
         )
-    return found
+    texts = {name: column for name, column in found.items() if column.dtype.kind == "U" and column.size}
+    # in every row the same word: else it is no unit
+    spelt = {name: str(column.flat[0]) for name, column in texts.items() if (column == column.flat[0]).all()}
+    return Table(found, units_beside({name: found[name] for name in found.keys() - texts}, spelt))
 
 
 def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import io
 import warnings
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,14 +15,15 @@ import numpy as np
 from hw.interface import BackendError
 from hw.playback.matlab_hdf import MOST_ENTRIES, only_in_objects, read_hdf
 from hw.playback.text_table import Table
+from hw.playback.units import units_beside
 
 HDF = b"MATLAB 7.3"
 
 HEAD_BYTES, PACKED_ELEMENT = 128, 15
 
 
-def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapping[str, Any] | Table:
-    """Arrays of a file of at most `most` bytes, unpacked, by their path.
+def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
+    """Arrays of a file of at most `most` bytes, unpacked, by their path, and units that their structures say.
 
     Raises
     ------
@@ -37,6 +38,7 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
     if packs and _unpacks_beyond(raw, most):
         raise BackendError(f"{path}: unpacks to more than {most} bytes, which no log does; cut it into parts")
     found: dict[str, Any] = {}
+    spelt: dict[str, str] = {}
     objects = False
     with warnings.catch_warnings():  # objects have no name of their own here: SciPy calls each of them None
         warnings.filterwarnings("ignore", "Duplicate variable name")
@@ -46,10 +48,10 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
         if type(value).__name__ == "MatlabOpaque" or name == "__function_workspace__":
             objects = True
         elif not name.startswith("__"):
-            _fields(name, value, found)
+            _fields(name, value, found, spelt)
     if objects:
         only_in_objects(path, names, found)
-    return found
+    return Table(found, units_beside(found, spelt))
 
 
 def _unpacks_beyond(raw: bytes, most: int) -> bool:
@@ -69,9 +71,9 @@ def _unpacks_beyond(raw: bytes, most: int) -> bool:
     return False
 
 
-def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> None:
-    """Numbers of a MATLAB structure, by their path; of several structures the k-th is `name(k)`, of several
-    cells `name{k}`."""
+def _fields(name: str, value: object, found: dict[str, Any], spelt: dict[str, str], depth: int = 5) -> None:
+    """Numbers and words of a MATLAB structure, by their path; of several structures the k-th is `name(k)`,
+    of several cells `name{k}`."""
     array = np.asarray(value)
     # a structure for each sample would be a million names
     entries = array.reshape(-1)[:MOST_ENTRIES]
@@ -79,9 +81,11 @@ def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> 
         for k, entry in enumerate(entries):
             own = name if len(entries) == 1 else f"{name}({k + 1})"
             for field in array.dtype.names:
-                _fields(f"{own}.{field}", entry[field], found, depth - 1)
+                _fields(f"{own}.{field}", entry[field], found, spelt, depth - 1)
     elif array.dtype == object and depth:
         for k, entry in enumerate(entries):
-            _fields(name if len(entries) == 1 else f"{name}{{{k + 1}}}", entry, found, depth - 1)
+            _fields(name if len(entries) == 1 else f"{name}{{{k + 1}}}", entry, found, spelt, depth - 1)
     elif array.dtype.kind in "fiub":
         found[name] = array
+    elif array.dtype.kind == "U" and array.size == 1:
+        spelt[name] = str(array.item())

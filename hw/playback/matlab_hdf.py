@@ -15,10 +15,13 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.text_table import Table
-from hw.playback.units import unit_of
+from hw.playback.units import unit_of, units_beside
 
 MOST_ENTRIES = 200
 """Most structures of one name, and cells, that are looked at."""
+
+LONGEST_UNIT = 40
+"""Most letters of a word that may be a unit."""
 
 DEPTH = 6
 """Most structures within each other."""
@@ -66,7 +69,7 @@ def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: s
         ) from error
     if reader.objects:
         only_in_objects(path, names, reader.found)
-    return Table(reader.found, reader.units)
+    return Table(reader.found, units_beside(reader.found, reader.spelt, between) | reader.units)
 
 
 class _Reader:
@@ -74,6 +77,7 @@ class _Reader:
         self.path, self.file, self.h5py, self.left, self.between = path, file, h5py, most, between
         self.found: dict[str, Any] = {}
         self.units: dict[str, str] = {}
+        self.spelt: dict[str, str] = {}
         self.objects = False
 
     def inside(self, group: Any, name: str) -> Any:
@@ -88,7 +92,7 @@ class _Reader:
         if isinstance(item, self.h5py.Group):
             for field in item:
                 self.put(f"{name}{self.between}{field}", self.inside(item, field), depth - 1)
-        elif item.dtype == self.h5py.ref_dtype:
+        elif self.h5py.check_ref_dtype(item.dtype):  # words are objects of NumPy, too
             self._entries(name, item, depth)
         else:
             self._array(name, item)
@@ -120,7 +124,12 @@ class _Reader:
             # MATLAB counts columns first, HDF5 rows
             array = self._taken(item).T
             self.found[name] = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
-            self.units[name] = unit_of(item.attrs)
+            if told := unit_of(item.attrs):
+                self.units[name] = told
+        elif item.size <= LONGEST_UNIT and _class(item) == "char":
+            self.spelt[name] = "".join(map(chr, self._taken(item).T.reshape(-1)))
+        elif item.size == 1 and self.h5py.check_string_dtype(item.dtype):
+            self.spelt[name] = str(np.ravel(item.asstr(errors="replace")[()])[0])
 
     def _taken(self, item: Any) -> np.ndarray:
         # before it is read: HDF5 packs, too

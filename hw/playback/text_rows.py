@@ -18,6 +18,9 @@ MONITORED = 200
 _MONITOR = re.compile(r"\s*\d{2}:\d{2}:\d{2}[.,]\d{3}\s*->\s*")
 """`14:02:11.120 -> `: when a serial monitor got the line."""
 
+_LABELLED = re.compile(r"([^\W\d][\w./]*)\s*[:=]\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\w.:])")
+"""`q:1.25`, as the plotter of Arduino has it, Teleplot (`>q:1.25`), and `q=1.25` of logfmt."""
+
 ENDS = ("EOF", "END")
 """Words of a last line."""
 
@@ -41,6 +44,27 @@ def unstamped(lines: list[str]) -> list[str]:
     if not first or not all(_MONITOR.match(line) for line in first):
         return lines
     return [_MONITOR.sub("", line) for line in lines]
+
+
+def unlabelled(lines: list[str]) -> list[str]:
+    """Lines without the name before each value, `q:1.25, tau:0.5` or `q=1.25 tau=0.5`, below one line of
+    these names."""
+    first = [line for line in lines[:MONITORED] if line.strip()]
+    names = _labels(first[0])[0] if first else []
+    # all of them, and nothing else: settings above a table have names before their values, too
+    # the last of a short log may have been cut off
+    if not names or any(_labels(line)[0] != names for line in first[1:-1]):
+        return lines
+    rows = (_labels(line) for line in lines if line.strip())
+    # a line of other names, as the last one that was cut off, keeps its place: its first cell is no number
+    return [",".join(names), *(",".join(values if own == names else own) for own, values in rows)]
+
+
+def _labels(line: str) -> tuple[list[str], list[str]]:
+    """Names and values of a line of nothing but these; none without."""
+    found = _LABELLED.findall(line)
+    bare = not _LABELLED.sub("", line).strip(" \t,;|>")
+    return ([name for name, _ in found], [value for _, value in found]) if bare else ([], [line])
 
 
 def is_number(cell: str) -> bool:

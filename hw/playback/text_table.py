@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.cells import number, read_words, thousands_and_decimal
-from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unstamped
+from hw.playback.cells import marks_of, number, read_cells, read_words
+from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unlabelled, unstamped
 from hw.playback.wrong_cells import first_wrong, no_number
 
 DELIMITERS = (",", ";", "\t", "|", None)
@@ -35,8 +35,6 @@ LabVIEW (`Y_Unit_Label`) write it."""
 COMMENTS = ("#", "%", "//")
 
 PLACE = re.compile(r"#([1-9]\d{0,3})")  # from 1 on: `#0` would be the last column, by -1
-
-_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
 
 
 class NoColumnError(BackendError):
@@ -102,7 +100,7 @@ def read_text(
     BackendError
         No header with these names, no rows, a cell that is no number (with column and row, from 1 below the
         header)."""
-    lines = unstamped(text.rstrip("\0").split("\n"))
+    lines = unlabelled(unstamped(text.rstrip("\0").split("\n")))
     layout = _layout(path, lines, names, delimiter)
     head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
     body = [
@@ -117,16 +115,34 @@ def read_text(
     ]
     if not body:
         raise BackendError(f"{path}: no rows below the header")
-    thousands, decimal = _marks(body, layout, decimal)
+    _require_names(path, body, layout, head, names)
+    marks = marks_of(_sampled(body, layout), decimal, body, layout.delimiter)
     said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
     try:
-        if thousands:
-            raise ValueError
-        numbers = _fast(body, layout, decimal)
+        numbers = _fast(body, layout, marks)
     except ValueError:
-        numbers, spelt = _cell_by_cell(path, body, layout, names, thousands + decimal, head)
+        numbers, spelt = _cell_by_cell(path, body, layout, names, marks, head)
         said |= spelt
     return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
+
+
+def _require_names(
+    path: Path, body: list[str], layout: _Layout, head: str | None, names: tuple[str, ...]
+) -> None:
+    """Refuse rows that have more cells than the header has names, each of them: which of them is without a
+    name nobody says, and one in front moves all others. A column by its place needs none."""
+    if head is None or all(map(PLACE.fullmatch, names)):
+        return
+    header = len(cells_of(head, layout.delimiter))
+    # of delimiters alone, which end each row of some programs, come empty cells
+    cells = [cells_of(line.rstrip(f"{layout.delimiter or ''} \t"), layout.delimiter) for line in _some(body)]
+    fewest = min(map(len, cells))
+    if fewest > header:
+        raise BackendError(
+            f"{path}: every row has {fewest} cells or more, and the header {header} names: a number of the "
+            "row in front (R writes one), a column without a name behind, or a decimal comma where a comma "
+            "delimits; give each column a name, or name the columns by their places (#2)"
+        )
 
 
 def _uncommented(line: str) -> str:
@@ -222,39 +238,24 @@ def _unit_text(rows: list[list[str]], at: int) -> str:
     return next((cells[at] for cells in rows if at < len(cells) and cells[at]), "")
 
 
-def _has_decimal_commas(body: list[str], layout: _Layout) -> bool:
-    """Whether numbers have a comma in place of a point: some do, and none has a point."""
-    cells = [cell for column in _sampled(body, layout) for cell in column if ":" not in cell]  # no times
-    return not any("." in cell for cell in cells) and any(_COMMA.fullmatch(cell) for cell in cells)
-
-
-def _marks(body: list[str], layout: _Layout, given: str | None) -> tuple[str, str]:
-    """The mark between thousands, "" for none, and that before decimals; `given` is what somebody said of the
-    latter."""
-    found = thousands_and_decimal(_sampled(body, layout))
-    if found and given in (None, found[1]):
-        return found
-    if given is None:
-        return "", "," if _has_decimal_commas(body, layout) else "."
-    # who says which mark is before decimals has said of the other one that it is between thousands: read as a
-    # decimal point, `65.536` of a file with commas would be a thousandth of what it is
-    other = "." if given == "," else ","
-    return (other if other != layout.delimiter and any(other in line for line in body) else ""), given
+def _some(body: list[str]) -> list[str]:
+    """Some 200 lines all over the table: a joint at rest at the start has small numbers, which have no mark
+    between thousands."""
+    return body[:: max(1, len(body) // 200)]
 
 
 def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
     """Cells of each wanted column in some 200 lines all over the table."""
-    # all over: a joint at rest at the start has small numbers, which have no mark between thousands
-    lines = [cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)]]
+    lines = [cells_of(line, layout.delimiter) for line in _some(body)]
     return [[cells[k] for cells in lines if k < len(cells)] for k in layout.index]
 
 
-def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
+def _fast(body: list[str], layout: _Layout, marks: str) -> np.ndarray:
     text = "\n".join(body)
     # `loadtxt` would split a quoted cell where the delimiter is in it, and shift what stands behind
-    if '"' in text:
+    if '"' in text or len(marks) > 1:
         raise ValueError
-    if decimal == ",":
+    if marks == ",":
         if layout.delimiter == ",":
             raise ValueError
         text = text.replace(",", ".")
@@ -264,30 +265,30 @@ def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
 
 
 def _cell_by_cell(
-    path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
+    path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], marks: str, head: str | None
 ) -> tuple[np.ndarray, dict[str, str]]:
     """Numbers of all rows, slowly: quoted cells, times of day and units behind numbers (which columns say
     which), and the first cell that is no number by its column and row."""
     table = [cells_of(line, layout.delimiter) for line in body]
     header = cells_of(head, layout.delimiter) if head is not None else []
-    columns, said = [], {}
+    columns: list[np.ndarray] = []
+    said: dict[str, str] = {}
     first = None
     for name, at in zip(names, layout.index, strict=True):
         cells = [row[at] if at < len(row) else "" for row in table]
-        found = [number(cell, decimal) for cell in cells]
-        if None not in found:
-            columns.append(np.array(found, float))
-        elif found[0] is None and (words := read_words(cells, decimal)) is not None:
+        if words := read_cells(cells, marks):
             columns.append(words.numbers)
-            said[name] = words.unit
+            said |= {name: words.unit} if words.unit else {}
         else:
+            found = [number(cell, marks) for cell in cells]
             wrong = (
                 found.index(None)
-                if found[0] is not None or read_words(cells[:1], decimal) is None
-                else first_wrong(cells, decimal)
+                if found[0] is not None or read_words(cells[:1], marks) is None
+                else first_wrong(cells, marks)
             )
-            first = min(first or (wrong, name, at), (wrong, name, at))
+            # of one row by its first cell: a footer has its word there, and nothing behind
+            first = min(first or (wrong, at, name), (wrong, at, name))
     if first:
-        wrong, name, at = first
+        wrong, at, name = first
         raise BackendError(no_number(path, body, layout.delimiter, name, at, wrong, header))
     return np.column_stack(columns), said

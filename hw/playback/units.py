@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hw.interface import BackendError
 
 # `grad` is German for a degree; the 400th of a turn, which it is elsewhere, is `gon` here
@@ -105,6 +107,20 @@ def unit_of(attributes: Mapping[Any, Any]) -> str:
     """Unit that the attributes of a column say, text or bytes; "" without any."""
     told = {_text(key).lower(): _text(value) for key, value in attributes.items()}
     return next((told[key] for key in sorted(_ATTRIBUTES & told.keys()) if told[key]), "")
+
+
+def units_beside(arrays: Mapping[str, Any], words: Mapping[str, str], between: str = ".") -> dict[str, str]:
+    """Units that words say which stand in one structure with an array, by paths: `Y(2).Unit` is that of
+    `Y(2).Data`, and of nothing where several arrays are beside it."""
+    told: dict[str, str] = {}
+    for path, word in words.items():
+        stem, _, field = path.rpartition(between)
+        if field.lower() in _ATTRIBUTES and stem:
+            beside = [name for name in arrays if name.rpartition(between)[0] == stem]
+            # one number is a rate or a flag, one of several arrays the time
+            series = [name for name in beside if np.size(arrays[name]) > 1]
+            told |= {series[0]: word} if len(series) == 1 else {}
+    return told
 
 
 def _text(word: object) -> str:

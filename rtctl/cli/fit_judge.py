@@ -61,7 +61,7 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     """Print table and verdict; exit code 1 when something speaks against the model."""
     from rtctl.friction import artefact
     from rtctl.friction.learn.report_judge import faults, headed, judge, not_judged
-    from rtctl.friction.learn.report_judged_cause import cause
+    from rtctl.friction.learn.report_judged_cause import cause, warmer
     from rtctl.friction.points import require_enough
 
     # any number of them: only the time of learning grows with their square
@@ -78,8 +78,8 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
         points = without_load(points, model.load)
     found = judge(model, points)
     said = faults(found)
-    if said and (why := cause(model, points)):
-        said.append(why)
+    if said:
+        said += filter(None, (cause(model, points), warmer(model, points)))
     rows = [asdict(one) for one in found]
     beyond = not_judged(found)
     judged = {"model": str(path), "holds": not said, "faults": said, "not_judged": beyond, "directions": rows}

@@ -406,7 +406,7 @@ SEEDS = (
     Seed(
         "a quick stroke of few rows is a jump",
         "rtctl/friction/logs/row_faults.py",
-        "        if comes_gradually(velocity, begin, end, brisk):\n            continue\n",
+        "        if inside and comes_gradually(velocity, begin, end, brisk):\n            continue\n",
         "",
         COMMANDS,
     ),

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from rtctl.friction.learn.warmth import TEMPERATURE_SPAN_K
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 
@@ -28,6 +29,24 @@ def cause(model: FrictionModel, points: FrictionPoints) -> str:
     # both directions together: a unit, a sign or a zero is one for all rows
     least, text = min(_readings(model, v, f))
     return text if least < EXPLAINS_BEST and least < EXPLAINS * _error(model, v, f) else ""
+
+
+def warmer(model: FrictionModel, points: FrictionPoints) -> str:
+    """How far the points are from the temperatures of the model, in words; "" where nobody measured both, or
+    by less than `TEMPERATURE_SPAN_K`."""
+    low, high = model.temperature_min_c, model.temperature_max_c
+    if low is None or high is None or points.temperature_range_c is None:
+        return ""
+    mean = float(np.nanmean(points.columns["temperature_c"]))
+    over_k = mean - min(max(mean, low), high)
+    if abs(over_k) < TEMPERATURE_SPAN_K:
+        return ""
+    than = "warmer" if over_k > 0 else "colder"
+    return (
+        f"the points are of {mean:.0f} degC, {abs(over_k):.0f} K {than} than any the model was learned from "
+        f"({low:.0f} to {high:.0f} degC), and friction changes with temperature: learn it from points of "
+        "both, with the column temperature_c (the report then tells what a kelvin changes)"
+    )
 
 
 def _error(model: FrictionModel, v: np.ndarray, f: np.ndarray, most: float = 0.5) -> float:

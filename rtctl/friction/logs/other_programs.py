@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,12 +22,12 @@ from hw.playback.options import (
     TorqueColumn,
     VelocityColumn,
 )
-from hw.playback.quantum import quantum
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError, of_file
 from rtctl.friction.logs.copied_rows import COPIED_ROWS, fresh_rows, require_own_rows
 from rtctl.friction.logs.logs import FrictionSamples, files_sha256, level_points
+from rtctl.friction.logs.runs import Signals, one_point, require_no_limit
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.friction.points import FrictionPoints
 
@@ -45,14 +45,7 @@ BESIDE = {
 
 ROLES = ("velocity", "torque", "current", *BESIDE)
 
-QUARTERS, UNSTEADY = 4, 0.5
-"""Largest range of the mean velocities of the quarters of a file that is one point, share of its mean:
-encoders count whole steps."""
-
 RESTARTS_SHARE = 0.1  # of the rows; a time that goes back before more of them is in no order
-
-OUTLIER_SCALES = 10.0
-"""Rows of a run further from its median, robust standard deviations, are left out."""
 
 _UNITS: dict[str, Mapping[str, float]] = {
     "velocity": VELOCITY_UNITS,
@@ -136,10 +129,11 @@ def read_mapped(
         _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
     if average == "file":
+        require_no_limit(files, parts)
         found = []
         for file, part in zip(files, parts, strict=True):
             with of_file(file):
-                found.append(_one_point(file, part, notes))
+                found.append(one_point(file, part, notes))
         beside = {name: np.array([columns[name] for _, columns in found]) for name in parts[0].columns}
         points = FrictionPoints.from_rows([row for row, _ in found], source, sha256, beside)
     elif average == "speed":
@@ -152,7 +146,7 @@ def read_mapped(
     return replace(points, motion=motion), notes
 
 
-def _own(files: Sequence[Path], parts: list[_Signals], average: Average) -> tuple[list[_Signals], list[str]]:
+def _own(files: Sequence[Path], parts: list[Signals], average: Average) -> tuple[list[Signals], list[str]]:
     """The signals without rows that are others again, and what is to be said."""
     beside = [[part.columns[n] for n in part.columns if n not in ("log", "time_s")] for part in parts]
     tables = [np.column_stack([p.velocity, p.torque, *more]) for p, more in zip(parts, beside, strict=True)]
@@ -184,21 +178,6 @@ def _columns(tables: Mapping[str, Any]) -> Columns:
     return columns
 
 
-@dataclass(frozen=True)
-class _Signals:
-    """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one
-    length."""
-
-    velocity: np.ndarray
-    torque: np.ndarray
-    columns: dict[str, np.ndarray]
-
-    def at(self, rows: np.ndarray) -> _Signals:
-        """Some of the rows."""
-        beside = {name: column[rows] for name, column in self.columns.items()}
-        return _Signals(self.velocity[rows], self.torque[rows], beside)
-
-
 def units_of(motion: str, lead_m: float) -> dict[str, Mapping[str, float]]:
     """Units of every role on an axis of this motion, factors to its own."""
     effort = effort_units(TORQUE_UNITS, motion, lead_m)
@@ -212,7 +191,7 @@ def units_of(motion: str, lead_m: float) -> dict[str, Mapping[str, float]]:
 
 def _signals(
     file: Path, columns: Columns, text: Mapping[str, str | None], known: Mapping[str, Mapping[str, float]]
-) -> _Signals:
+) -> Signals:
     """The mapped columns of a file, SI."""
     given = {role: column.model_dump() for role in ROLES if (column := getattr(columns, role))}
     try:
@@ -239,19 +218,19 @@ def _signals(
                 f"{file}: row {wrong[0] + 1}: {name} {values[wrong[0]]:g} is not within {bounds.low:g} to "
                 f"{bounds.high:g}; correct the column or its unit"
             )
-    return _Signals(found["velocity"], torque, beside)
+    return Signals(found["velocity"], torque, beside)
 
 
-def _together(parts: Sequence[_Signals]) -> _Signals:
+def _together(parts: Sequence[Signals]) -> Signals:
     names = parts[0].columns
-    return _Signals(
+    return Signals(
         np.concatenate([part.velocity for part in parts]),
         np.concatenate([part.torque for part in parts]),
         {name: np.concatenate([part.columns[name] for part in parts]) for name in names},
     )
 
 
-def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamples:
+def _moving(parts: Sequence[Signals], source: str, sha256: str) -> FrictionSamples:
     """Rows of all files at which the joint moves."""
     whole = _together(parts)
     whole = whole.at(whole.velocity != 0)
@@ -259,7 +238,7 @@ def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamp
     return FrictionSamples(still, whole.velocity, whole.torque, source, sha256, whole.columns)
 
 
-def _part_where_time_starts_over(file: Path, part: _Signals, notes: list[str]) -> None:
+def _part_where_time_starts_over(file: Path, part: Signals, notes: list[str]) -> None:
     over = np.diff(part.columns.get("time_s", np.zeros(1)), prepend=-np.inf) < 0
     if 0 < over.sum() <= RESTARTS_SHARE * len(over):
         part.columns["log"] = np.cumsum(over).astype(float)
@@ -267,34 +246,3 @@ def _part_where_time_starts_over(file: Path, part: _Signals, notes: list[str]) -
             f"{file}: the time starts over before row {int(np.argmax(over)) + 1}: taken for {over.sum() + 1} "
             "sessions; --column log=NAME says which is which"
         )
-
-
-def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
-    """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows
-    far off are left out and told."""
-    velocity, torque = part.velocity, part.torque
-    off = np.abs(torque - np.median(torque))
-    far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))
-    if far.any():
-        row = int(np.argmax(off))
-        notes.append(
-            f"{file}: {int(far.sum())} rows left out, the furthest row {row + 1} with {torque[row]:.4g} N m "
-            f"against {np.median(torque):.4g}"
-        )
-    velocity, torque = velocity[~far], torque[~far]
-    mean, friction = float(velocity.mean()), float(torque.mean())
-    quarters = [float(part.mean()) for part in np.array_split(velocity, min(QUARTERS, len(velocity)))]
-    if not np.ptp(quarters) <= UNSTEADY * abs(mean):
-        raise DataError(
-            f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} "
-            "rad/s; cut what is not steady, or use --average speed"
-        )
-    if not mean:
-        raise DataError(f"{file}: nothing moves: a run at rest is no point of friction; leave it out")
-    if mean * friction <= 0:
-        raise DataError(
-            f"{file}: the torque, {friction:.4g} N m, has not the sign of the motion ({mean:.4g} rad/s): "
-            "turn the sign of one of them (scale -1), or take its offset away"
-        )
-    beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
-    return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside

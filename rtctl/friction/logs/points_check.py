@@ -67,7 +67,7 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
 
 
 def _doubtful_rows(points: FrictionPoints) -> list[str]:
-    """Points given twice, friction of few digits, and points that scatter where nobody says by how much."""
+    """Points given twice, friction of few digits, and points that scatter."""
     told = []
     pairs = np.column_stack([points.velocity_rad_s, points.friction_nm * points.direction])
     # to the last digit: two runs at one speed differ somewhere, copies do not
@@ -84,11 +84,11 @@ def _doubtful_rows(points: FrictionPoints) -> list[str]:
             f"{points.source}: friction of few digits: steps of {step:.3g} N m, {step / usual:.0%} of it; "
             "give more digits"
         )
-    elif not np.isfinite(points.std_nm).any() and (scatter := _scatter(points)) > UNEVEN:
+    elif (scatter := _scatter(points)) > UNEVEN:  # whatever rows of one speed do: a mean hides what moved it
         told.append(
             f"{points.source}: the friction scatters by {scatter:.0%} from one speed to the next: average "
             "longer at each, or look for what else was in the torque (acceleration, gravity, a load, other "
-            "places)"
+            "places, a zero that wanders from run to run)"
         )
     return told
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
+from rtctl.friction.logs.lost_rows import MOST_LOST, lost, require_every_row
 from rtctl.friction.logs.quick_motion import brisk_change, clusters, comes_gradually, is_turn
 from rtctl.friction.logs.rows_in_turn import drawn, hold, require_one_axis
 
@@ -90,6 +91,7 @@ def mended(rows: Rows) -> Rows:
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
     require_one_axis(rows.where, rows.position_rad)
+    require_every_row(rows.where, rows.position_rad, rows.step)
     # first: a held column jumps at each new value, and repeats between, and would be taken for both faults
     _mend_held(rows)
     _mend_repeats(rows)
@@ -149,7 +151,8 @@ def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:
     from scipy.ndimage import median_filter
 
     velocity = np.diff(rows.position_rad) / rows.step
-    middle = median_filter(velocity, size=_window(rows), mode="nearest")
+    # mirrored: a first row that were repeated beyond the end would be the median of itself
+    middle = median_filter(velocity, size=_window(rows), mode="mirror")
     scale = 1.4826 * float(np.median(np.abs(velocity - middle)))
     usual_most = float(np.quantile(np.abs(middle), 0.95))
     bound = max(
@@ -228,11 +231,13 @@ def _mend_position(rows: Rows) -> None:
     for begin, end in clusters(outlier, reach):
         partial = np.cumsum(beyond[begin : end + 1])
         height = float(np.abs(partial).max())
-        if begin < reach or end >= len(beyond) - reach:
-            continue  # the running median knows one side only
-        if height < HEIGHT_LEAST * range_rad or is_turn(velocity, begin, end, reach, bound):
+        inside = begin >= reach and end < len(beyond) - reach
+        # of one side only the running median knows enough of an angle that starts over, and no more
+        if not inside and (end > begin or not _starts_over(float(partial[-1]), range_rad)):
             continue
-        if comes_gradually(velocity, begin, end, brisk):
+        if height < HEIGHT_LEAST * range_rad or (inside and is_turn(velocity, begin, end, reach, bound)):
+            continue
+        if inside and comes_gradually(velocity, begin, end, brisk):
             continue
         if abs(partial[-1]) <= RETURNS * height:
             bad[begin + 1 : end + 1] = True
@@ -260,16 +265,12 @@ def _bridge(rows: Rows, jumps: list[_Jump]) -> None:
     """Take the jumps out of the position, and say what they look like."""
     if not jumps:
         return
-    range_rad = float(np.ptp(rows.position_rad))
-    over = [jump for jump in jumps if _starts_over(jump.size_rad, range_rad)]
+    over = [jump for jump in jumps if _starts_over(jump.size_rad, float(np.ptp(rows.position_rad)))]
     rest = [jump for jump in jumps if jump not in over]
-    lost = [jump for jump in rest if jump.looks_lost()]
-    if len(lost) > MOST_JUMPS and len(lost) >= 0.8 * len(rest):
-        raise DataError(
-            f"{rows.where}: rows are missing at {len(lost)} places, the first after row {lost[0].row + 1} "
-            f"(the position goes on by {abs(lost[0].size_rad / lost[0].step_rad):.2g} rows' worth more "
-            "there), and the stamps do not say so; record with the stamps of the device"
-        )
+    missing = [jump for jump in rest if jump.looks_lost()]
+    if len(missing) > MOST_LOST and len(missing) >= 0.8 * len(rest):
+        first = missing[0]
+        raise lost(rows.where, len(missing), first.row + 1, abs(first.size_rad / first.step_rad))
     if over:
         rows.notes.append(
             f"{rows.where}: column position: starts over {len(over)} times, by {abs(over[0].size_rad):.4g} "

@@ -91,6 +91,27 @@ def test_the_one_reading_under_which_the_model_fits_is_named(
     assert said in json.loads(done.stdout)["faults"][-1]
 
 
+def test_points_warmer_than_any_before_are_told_so(tmp_path: Path) -> None:
+    def warm(name: str, factor: float, degrees: float) -> Path:
+        lines = _points(tmp_path / name, factor=factor).read_text().split()
+        rows = [
+            lines[0] + ",temperature_c",
+            *(f"{line},{degrees + k % 3}" for k, line in enumerate(lines[1:])),
+        ]
+        (tmp_path / name).write_text("\n".join(rows))
+        return tmp_path / name
+
+    done = _run(warm("p.csv", 1.0, 20), "--out", tmp_path / "m.json", "--C", "100")
+    assert done.exit_code == 0, done.output
+    done = _run(warm("w.csv", 0.8, 50), "--judge", tmp_path / "m.json", "--json")
+    assert done.exit_code == 1
+    said = json.loads(done.stdout)["faults"][-1]
+    assert "of 51 degC, 29 K warmer than any the model was learned from (20 to 22 degC)" in said
+    for points in (warm("near.csv", 0.8, 24), warm("held.csv", 1.0, 50)):
+        done = _run(points, "--judge", tmp_path / "m.json", "--json")
+        assert not any("K warmer" in one for one in json.loads(done.stdout)["faults"])
+
+
 def test_a_point_a_little_beyond_the_largest_error_before_is_no_fault_and_one_far_off_is(
     model: Path, tmp_path: Path
 ) -> None:

@@ -1,6 +1,7 @@
 """`rtctl fit` on files that other programs wrote: columns by name and unit, averaged by file or by speed."""
 
 import json
+import re
 import sys
 from functools import partial
 from pathlib import Path
@@ -86,8 +87,50 @@ def test_what_cannot_be_is_refused(tmp_path):
         read_mapped(files, {**MAPPED, "velocity": {"column": "Velocity actual"}}, "file", TEXT)
     ramp = tmp_path / "ramp.csv"
     ramp.write_text("v,f\n" + "\n".join(f"{0.01 * k},0.2" for k in range(1, 200)))
-    with pytest.raises(DataError, match="not one speed: its quarters"):
+    with pytest.raises(
+        DataError, match=r"not one speed: 0\.255 rad/s in a quarter of it, 1\.75 rad/s in another"
+    ):
         read_mapped([ramp], {"velocity": {"column": "v"}, "torque": {"column": "f"}}, "file", TEXT)
+
+
+def limited(folder, top, step=1e-6):
+    """Runs of a torque that ends at `top` and has steps, N m."""
+    rng, files = np.random.default_rng(2), []
+    for speed in np.outer([1, -1], np.geomspace(0.1, 5, 12)).ravel():
+        torque = np.sign(speed) * (0.2 + 0.05 * abs(speed)) + rng.normal(0, 0.01, 300)
+        torque = np.round(torque.clip(-top, top) / step) * step
+        files.append(folder / f"{speed:+.2f}.csv")
+        np.savetxt(files[-1], np.column_stack([np.full(300, speed), torque]), delimiter=",", header="v,f")
+    return files
+
+
+V_F = {"velocity": {"column": "v"}, "torque": {"column": "f"}}
+
+
+def test_a_run_whose_torque_ends_at_a_limit_is_refused(tmp_path):
+    with pytest.raises(
+        DataError, match=r"\+5\.00\.csv: the torque stands at 0\.4 N m, .* in 100% of .*clipped"
+    ):
+        read_mapped(limited(tmp_path, 0.4), V_F, "file", TEXT)
+    for top, step in ((9.0, 1e-6), (9.0, 0.05)):  # free of limits; coarse
+        assert len(read_mapped(limited(tmp_path, top, step), V_F, "file", TEXT)[0].count) == 24
+    for file in limited(tmp_path, 9.0):  # a constant torque that was commanded, and whatever speed came of it
+        v, f = np.loadtxt(file, delimiter=",", unpack=True)
+        v += np.random.default_rng(3).normal(0, 0.01, 300)
+        np.savetxt(file, np.column_stack([v, np.full(300, f[0])]), delimiter=",", header="v,f")
+    assert len(read_mapped(sorted(tmp_path.glob("*.csv")), V_F, "file", TEXT)[0].count) == 24
+
+
+def test_units_of_a_carriage_are_in_what_is_told_of_its_points(tmp_path, capsys):
+    files = limited(tmp_path, 9.0)
+    v, f = np.loadtxt(files[5], delimiter=",", unpack=True)
+    np.savetxt(files[5], np.column_stack([v, 1000 * f]), delimiter=",", header="v,f")
+    units = {"velocity": {"column": "v", "unit": "m/s"}, "torque": {"column": "f", "unit": "N"}}
+    points, _ = read_mapped(files, units, "file", TEXT)
+    fit_points.without_outliers(points, keep=False)
+    told = capsys.readouterr().err
+    assert re.search(r"m/s, [\d.]+ N is left out: its neighbours in speed say [\d.]+ N; measure", told)
+    assert not re.search(r"rad|N m\b", told)
 
 
 def measured_beside(folder):

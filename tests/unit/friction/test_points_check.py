@@ -147,6 +147,17 @@ def test_points_given_twice_of_few_digits_and_that_scatter_are_named():
         assert re.search(said, told)
 
 
+def test_a_zero_that_wanders_from_run_to_run_scatters_however_quiet_each_run_is():
+    """Each run's own standard deviation was taken for what a point may be off."""
+    speed = np.geomspace(0.02, 5.0, 24)
+    v = np.concatenate([speed, -speed])
+    off = np.random.default_rng(7).normal(0, 0.06, 48)
+    runs = table_of(v, np.sign(v) * (0.3 + 0.07 * np.abs(v)) + off)
+    runs = replace(runs, std_nm=np.full(48, 0.006), count=np.full(48, 500.0))
+    (told,) = doubtful_points(runs, known=True)
+    assert re.search(r"scatters by \d\d% .*a zero that wanders from run to run", told)
+
+
 def test_what_sessions_differ_by_is_no_scatter():
     speed = np.geomspace(0.02, 5.0, 12)
     v = np.tile(np.concatenate([speed, -speed]), 5)

@@ -223,3 +223,14 @@ def test_the_place_before_the_first_is_not_the_last_one(tmp_path):
     path.write_text("".join(f"{k},{k},9\n" for k in range(8)))
     with pytest.raises(BackendError, match=r"no column '#0'"):
         read_table(path, ("#1", "#0"))
+
+
+def test_a_typographic_minus_and_the_exponents_of_fortran_are_read(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,q,x\n0,\u22120.5,1.5D-03\n1,2e\u221203,\u22121.D+02\n")
+    found = read_table(path, ("t", "q", "x")).columns
+    assert found["q"].tolist() == [-0.5, 0.002]
+    assert found["x"].tolist() == [0.0015, -100]
+    path.write_text("t,q\n0,12D4\n1,1300\n")  # may be hexadecimal
+    with pytest.raises(BackendError, match="hexadecimal"):
+        read_table(path, ("t", "q"))

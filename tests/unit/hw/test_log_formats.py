@@ -232,17 +232,6 @@ def test_a_damaged_file_is_refused_by_name_whatever_its_library_raises(tmp_path,
         read_table(path, NAMES)
 
 
-@pytest.mark.parametrize("ending", ["npz", "json"])
-def test_a_column_of_words_is_told_as_text_with_what_helps(tmp_path, ending):
-    path, words = tmp_path / f"log.{ending}", ["0,5", "1,25"]
-    if ending == "npz":
-        np.savez(path, t=[0.0, 1.0], q=np.array(words))
-    else:
-        path.write_text(json.dumps({"t": [0.0, 1.0], "q": words}))
-    with pytest.raises(BackendError, match=r"'q' is text \('0,5'\), .* CSV, where decimal commas"):
-        read_table(path, ("t", "q"))
-
-
 def test_a_single_number_is_no_column(tmp_path):
     np.savez(tmp_path / "log.npz", t=[0.0, 1.0], q=3.0)
     with pytest.raises(BackendError, match=r"'q' has shape \(\); map one that has a value for each row"):

@@ -61,7 +61,7 @@ REFUSED = {
     "carriage: kilograms of a load cell, taken for newtons": r"Force \(kgf\).*says kgf.*give 9\.80665 N",
     "carriage: kN in the header, taken for newtons": r"'Kraft' is read in N, the file says kN; give",
     "carriage: millimetres and newton-metres": r"'tau_nm' is read in 'Nm', which this axis does not have",
-    "a bag as csv, lists in quoted cells": r"'effort' row 1: '\[0\.0, .*but a list.*a column of its own",
+    "a bag as csv, lists in quoted cells": r"'position' row 1: '\[0\.1, .*but a list.*a column of its own",
     "blocks of a USB transfer: 64 rows of one stamp each": r"\d+ duplicated.*in blocks.*give the rate.*100\d",
     "two decimals of the time: ten rows of one stamp each": r"too few digits: give the rate.*--rate-hz 1000",
     "remarks behind some rows": r"'tau' row 1001: .*# hand on.*a remark behind one; delete the remark",

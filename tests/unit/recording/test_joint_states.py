@@ -55,6 +55,19 @@ def test_joint_states_go_by_topic_joint_and_quantity(tmp_path):
     assert found[EFFORT].tolist() == [10.0 * k for k in range(9)]
 
 
+def test_messages_that_overtook_each_other_are_in_the_order_of_their_stamps(tmp_path):
+    turn = [0, 2, 1, 3, 4, 7, 5, 6, 8]
+    found = read_table(bag(tmp_path, [message(k) for k in turn]), ("time_s", ELBOW)).columns
+    assert found[ELBOW].tolist() == list(range(9))
+    assert found["time_s"] == pytest.approx(0.001 * np.arange(9), abs=1e-12)
+
+
+def test_a_clock_that_was_set_back_mixes_no_two_runs(tmp_path):
+    found = read_table(bag(tmp_path, [message(k % 20) for k in range(40)]), ("time_s", ELBOW)).columns
+    assert found[ELBOW].tolist() == [k % 20 for k in range(40)]
+    assert found["time_s"][20] == 0
+
+
 def test_joints_in_another_order_are_found_by_their_names(tmp_path):
     states = [message(k, ("elbow", "shoulder") if k % 2 else ("shoulder", "elbow")) for k in range(9)]
     assert read_table(bag(tmp_path, states), (ELBOW,)).columns[ELBOW].tolist() == list(range(9))
