@@ -1,0 +1,32 @@
+"""Seeded bugs of stops, leases and records that earlier sessions had seen and left."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+LOSSES = ("tests/unit/hw/test_rig_time_and_loss.py",)
+SAFE = ("tests/unit/host/test_safe_stop.py",)
+
+SEEDS = (
+    Seed(
+        "a device whose stop hangs is taken for one that stopped",
+        "hw/every_device.py",
+        "= [hangs] * len(actions)",
+        "= [None] * len(actions)",
+        LOSSES,
+    ),
+    Seed(
+        "an actuator whose stop hangs keeps the host from stopping the others",
+        "rtctl/host/safe_stop.py",
+        "        reach_all([backend.stop for _, backend in self._actuators])\n",
+        "        [reach_all([backend.stop], 60.0) for _, backend in self._actuators]\n",
+        SAFE,
+    ),
+    Seed(
+        "an actuator that hangs as it is opened keeps the others from being stopped",
+        "rtctl/host/safe_stop.py",
+        "reach_all([steps], OPEN_TIMEOUT_S, 0)",
+        "reach_all([steps], 60.0, 0)",
+        SAFE,
+    ),
+)
