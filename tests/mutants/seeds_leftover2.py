@@ -9,6 +9,13 @@ SAFE = ("tests/unit/host/test_safe_stop.py",)
 
 SEEDS = (
     Seed(
+        "the host makes the stop packet while a loop dies under torque",
+        "rtctl/host/safe_stop.py",
+        "raised_by(backend.prepare_stop)",
+        "pass",
+        SAFE,
+    ),
+    Seed(
         "a device whose stop hangs is taken for one that stopped",
         "hw/every_device.py",
         "= [hangs] * len(actions)",

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
+from hw.serial.frame_backend import SerialBackend
 from rtctl.cli import stop_rig
 from rtctl.errors import DeviceError
 from rtctl.host.safe_stop import SafeStop
@@ -90,6 +91,18 @@ def test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped(
     assert second.calls == ["stop", "open", "stop", "close"]
     assert (bad.confirmed, good.confirmed) == (False, True)
     assert bad.detail == "ModuleNotFoundError: No module named 'gone'"
+
+
+def test_what_a_stop_sends_is_made_before_a_loop_dies(monkeypatch):
+    made = []
+    monkeypatch.setattr(SerialBackend, "_stop_packet", lambda _self: made.append(1) or b"stop")
+    sent = []
+    monkeypatch.setattr("hw.serial.backend.send_once", lambda *packet: sent.append((len(made), packet[-1])))
+    stop = SafeStop(load(CONFIGS / "serial.toml"))
+    stop.know([])
+    assert (made, sent) == ([1], []), "made, and nothing sent"
+    stop.tell()
+    assert (made, sent) == ([1], [(1, b"stop")])
 
 
 @pytest.mark.parametrize("what", ["stop", "open"])
