@@ -9,6 +9,13 @@ SAFE = ("tests/unit/host/test_safe_stop.py",)
 
 SEEDS = (
     Seed(
+        "a rotation while the files of the log are read hides events",
+        "rtctl/recording/event_log.py",
+        "filter(Path.is_file, reversed(_names(folder)))",
+        "reversed(log_files(folder)[1:])",
+        ("tests/unit/recording/test_event_log.py",),
+    ),
+    Seed(
         "the host makes the stop packet while a loop dies under torque",
         "rtctl/host/safe_stop.py",
         "raised_by(backend.prepare_stop)",
