@@ -9,6 +9,20 @@ SAFE = ("tests/unit/host/test_safe_stop.py",)
 
 SEEDS = (
     Seed(
+        "a sample that is held is taken for a delay where the watch of the delay asks for its bound",
+        "rtctl/check/law_plan.py",
+        "period_s, declared, between.sample_ticks)",
+        "period_s, declared)",
+        ("tests/unit/test_delay_on_the_mock.py::test_one_that_declares_it_is_proven_with_it_and_arms",),
+    ),
+    Seed(
+        "NaN as the damping of a joint covers every delay",
+        "rtctl/control/proofs/delay_cover.py",
+        "if not damping_needed_sampled_data(k_c, b_c, T, delta) <= b:",
+        "if damping_needed_sampled_data(k_c, b_c, T, delta) > b:",
+        ("tests/unit/control/test_delay_cover.py",),
+    ),
+    Seed(
         "a rotation while the files of the log are read hides events",
         "rtctl/recording/event_log.py",
         "filter(Path.is_file, reversed(_names(folder)))",
