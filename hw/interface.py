@@ -99,6 +99,14 @@ class CompiledBackend(Protocol):
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
 
 
+@runtime_checkable
+class PreparedStop(Protocol):
+    """A backend whose `stop`, unless it was opened before, first has to make what it sends."""
+
+    def prepare_stop(self) -> None:
+        """Make it (compiled code is loaded for that) without opening or sending anything."""
+
+
 class CompiledCycle(NamedTuple):
     """What a whole compiled cycle calls in place of `read` and `write`: compiled functions with their
     arguments.

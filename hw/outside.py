@@ -77,12 +77,17 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     ------
     OSError
         It cannot be read, is no regular file, or is longer; `strerror` says so."""
-    # one more than may be: told apart from a file of just that size
     with opened(path, follow=follow) as file:
-        # by reading, not by the size that is told: files below /proc say 0
-        data = file.read(most + 1)
+        return whole_of(file, most)
+
+
+def whole_of(file: BinaryIO, most: int) -> bytes:
+    """What stands in a file of at most `most` bytes. Raises OSError as `read_bounded`."""
+    # one more than may be: told apart from a file of just that size; by reading, not by the size that is
+    # told: files below /proc say 0
+    data = file.read(most + 1)
     if len(data) > most:
-        raise OSError(errno.EFBIG, f"it is larger than {most} bytes", str(path))
+        raise OSError(errno.EFBIG, f"it is larger than {most} bytes", file.name)
     return data
 
 

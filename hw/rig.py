@@ -141,7 +141,7 @@ class Composite:
 
     def stop(self) -> None:
         """Stop every device at once, actuators too when a sensor raises or hangs; then raise BackendError
-        naming those that raised: one of them may not be stopped."""
+        naming those that raised or have not come back: one of them may not be stopped."""
         # all: a device of which the rig takes the position alone may have a power stage, too
         self._reach([device.backend.stop for device in self._devices])
 

@@ -93,7 +93,7 @@ class SerialCore:
         # a local until all went well: `read` must not find a port whose board was never heard
         port = Port(self._path, self._baud)
         try:
-            _ = self._stop_bytes  # compiled now, not when it is needed
+            self.prepare_stop()
             self._forget()
             # what the last connection could not send is no fault of this one
             self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
@@ -111,6 +111,10 @@ class SerialCore:
     def fileno(self) -> int:
         """Descriptor of the open port, to wait on; -1 while closed."""
         return -1 if self._port is None else self._port.fd
+
+    def prepare_stop(self) -> None:
+        """See `PreparedStop`."""
+        _ = self._stop_bytes
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
@@ -200,7 +204,7 @@ class SerialCore:
 
     def stop(self) -> None:
         """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
-        # made at opening: a stop compiles nothing, and may come from any thread
+        # made before (`prepare_stop`): a stop compiles nothing, and may come from any thread
         packet = self._stop_bytes
         if not packet:
             return

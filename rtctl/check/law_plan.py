@@ -211,13 +211,9 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
         covered = declared  # an admittance display is certified for what is declared, and no more
         if not axis.may_show("admittance"):
-            covered = delay_covered_ticks(
-                b,
-                (1 + load_loop) * coupling.stiffness_nm_rad + spring,
-                (1 + load_loop) * coupling.damping_nms_rad,
-                period_s,
-                declared,
-            )
+            k_c = (1 + load_loop) * coupling.stiffness_nm_rad + spring
+            b_c = (1 + load_loop) * coupling.damping_nms_rad
+            covered = delay_covered_ticks(b, k_c, b_c, period_s, declared, between.sample_ticks)
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age

@@ -15,7 +15,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from hw.outside import json_of, read_bounded
+from hw.outside import json_of, opened, whole_of
 from rtctl.errors import DataError
 from rtctl.plain_data import as_data
 
@@ -34,9 +34,13 @@ FOLLOW_S = 0.2
 
 def log_files(folder: Path) -> list[Path]:
     """Files of the log that exist, oldest first."""
+    return list(filter(Path.is_file, _names(folder)))
+
+
+def _names(folder: Path) -> list[Path]:
     # one of the kept files is the current one, which has no number
     rotated = [folder / _rotated(k) for k in range(1, KEPT_FILES)]
-    return [path for path in (*reversed(rotated), folder / CURRENT) if path.is_file()]
+    return [*reversed(rotated), folder / CURRENT]
 
 
 def _rotated(k: int) -> str:
@@ -135,12 +139,16 @@ def _times(events: list[Event]) -> Event:
 
 def read_events(folder: Path, last: int | None = None) -> tuple[list[Event], int]:
     """Events of all files, oldest first, at most the `last` ones; and the number of lines that are torn."""
-    events: list[Event] = []
-    torn = 0
-    for path in log_files(folder):
-        found, bad = _parse(_whole(path).split(b"\n"))
-        events += found
-        torn += bad
+    # the newest first: a rotation meanwhile moves each file towards those that are still to be read, so that
+    # one may be met twice, but none is missed
+    wholes: dict[int, bytes] = {}
+    for path in filter(Path.is_file, reversed(_names(folder))):
+        with suppress(FileNotFoundError):
+            number, data = _whole(path)
+            wholes.setdefault(number, data)
+    read = [_parse(data.split(b"\n")) for data in reversed(wholes.values())]
+    events = [event for found, _ in read for event in found]
+    torn = sum(bad for _, bad in read)
     # not [-last:]: of the last 0 that would be all
     return (events if last is None else events[max(0, len(events) - last) :]), torn
 
@@ -161,10 +169,14 @@ def _parse(lines: Iterable[bytes]) -> tuple[list[Event], int]:
     return events, torn
 
 
-def _whole(path: Path) -> bytes:
-    """A file of the log. Raises DataError when it cannot be one."""
+def _whole(path: Path) -> tuple[int, bytes]:
+    """A file of the log: its inode, and what stands in it. Raises FileNotFoundError; DataError when it cannot
+    be one."""
     try:
-        return read_bounded(path, MOST_BYTES)
+        with opened(path) as file:
+            return os.fstat(file.fileno()).st_ino, whole_of(file, MOST_BYTES)
+    except FileNotFoundError:
+        raise
     except OSError as error:
         raise DataError(f"{path}: cannot read the event log: {error.strerror}") from error
 

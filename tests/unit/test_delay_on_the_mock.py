@@ -239,8 +239,9 @@ SLOW = ("[device.options.force]", "[device.options.timing]\nsample_every_ticks =
 
 
 def test_one_that_declares_it_is_proven_with_it_and_arms(tmp_path):
-    made = rig(tmp_path, SLOW, ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 8.0"))
+    made = rig(tmp_path, SLOW, ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 7.4"))
     assert int(made.params["proof_age_ticks"][0, 0]) == 2
+    assert covered(made) == pytest.approx(5.75, abs=0.02), "of a delay of two ticks it would be 6.06"
     assert not np.any(made.arm()["faults"])
     ticks = made.run(3.0)
     assert int(ticks["sample_age_ticks"].max()) == 2

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from rtctl.control.proofs.stability import damping_needed_sampled_data
+from rtctl.control.proofs.stability import Between, damping_needed_between, damping_needed_sampled_data
 
 MOST_TICKS = 20.0
 """Longest delay that is looked at, periods: what a rig file may declare."""
@@ -20,7 +20,9 @@ RESOLUTION_TICKS = 0.002
 
 
 @lru_cache(maxsize=256)
-def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_ticks: float) -> float:
+def delay_covered_ticks(
+    b: float, k_c: float, b_c: float, T: float, declared_ticks: float, sample_ticks: int = 1
+) -> float:
     """Largest delay up to which this coupling stays proven, periods; never less than the declared one.
 
     Parameters
@@ -30,6 +32,9 @@ def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_tic
     declared_ticks : float
         Delay the rig file declares. Where the coupling is not even proven there, that is another test's to
         refuse; here the declared delay is what a measured one may not exceed.
+    sample_ticks : int
+        Ticks between two fresh samples, n. The delay that is returned has their age in it, n - 1; without it,
+        it is covered by the proof of held samples, too (docs/theory.md 2.6).
 
     Notes
     -----
@@ -38,7 +43,11 @@ def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_tic
 
     def passes(delta: float) -> bool:
         # the bound that `rtctl check` refuses by, from above: a sweep of its own lay 2 % below it at 20 ticks
-        return damping_needed_sampled_data(k_c, b_c, T, delta) <= b
+        if not damping_needed_sampled_data(k_c, b_c, T, delta) <= b:  # NaN passes nothing
+            return False
+        # a delay of n - 1 ticks is no held sample: a damper acts in one tick of n, and asks for more
+        held = Between(delay=max(delta - sample_ticks + 1, 0.0), sample_ticks=sample_ticks)
+        return sample_ticks == 1 or damping_needed_between(k_c, b_c, T, held) <= b
 
     low, high = declared_ticks, max(MOST_TICKS, declared_ticks)
     if not passes(low):

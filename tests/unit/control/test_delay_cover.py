@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.control.proofs.delay_cover import MOST_TICKS, delay_covered_ticks
-from rtctl.control.proofs.stability import damping_needed_sampled_data
+from rtctl.control.proofs.stability import Between, damping_needed_between, damping_needed_sampled_data
 
 T = 1e-3
 
@@ -76,6 +76,17 @@ def test_the_delay_covered_is_the_largest_that_passes():
             < damping_needed_sampled_data(k_c, 0.01, T, covered + 0.01)
         )
     assert delay_covered_ticks(0.05, 37.48, 0.01, T, 1.0) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("k_c", "b_c", "n", "delay"), [(11.7, 0.01, 2, 2.59), (7.4, 0.01, 3, 3.75)])
+def test_of_a_sample_that_is_held_no_more_is_covered_than_its_own_proof_covers(k_c, b_c, n, delay):
+    covered = delay_covered_ticks(0.05, k_c, b_c, T, 0.0, n)
+    assert covered - (n - 1) == pytest.approx(delay, abs=0.02)
+    held = [Between(delay=covered - (n - 1) + more, sample_ticks=n) for more in (0.0, 0.01)]
+    asked = [damping_needed_between(k_c, b_c, T, between) for between in held]
+    assert asked[0] <= 0.05 < asked[1]
+    assert covered < delay_covered_ticks(0.05, k_c, b_c, T, 0.0) - 0.1, "as a delay it would be covered"
+    assert delay_covered_ticks(math.nan, k_c, b_c, T, 1.5, n) == 1.5
 
 
 def test_never_less_than_declared_never_beyond_what_is_looked_at():

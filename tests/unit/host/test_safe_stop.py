@@ -5,6 +5,7 @@ alone.
 import json
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from click.testing import CliRunner
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
+from hw.serial.frame_backend import SerialBackend
 from rtctl.cli import stop_rig
 from rtctl.errors import DeviceError
 from rtctl.host.safe_stop import SafeStop
@@ -89,6 +91,41 @@ def test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped(
     assert second.calls == ["stop", "open", "stop", "close"]
     assert (bad.confirmed, good.confirmed) == (False, True)
     assert bad.detail == "ModuleNotFoundError: No module named 'gone'"
+
+
+def test_what_a_stop_sends_is_made_before_a_loop_dies(monkeypatch):
+    made = []
+    monkeypatch.setattr(SerialBackend, "_stop_packet", lambda _self: made.append(1) or b"stop")
+    sent = []
+    monkeypatch.setattr("hw.serial.backend.send_once", lambda *packet: sent.append((len(made), packet[-1])))
+    stop = SafeStop(load(CONFIGS / "serial.toml"))
+    stop.know([])
+    assert (made, sent) == ([1], []), "made, and nothing sent"
+    stop.tell()
+    assert (made, sent) == ([1], [(1, b"stop")])
+
+
+@pytest.mark.parametrize("what", ["stop", "open"])
+def test_an_actuator_that_hangs_is_named_and_the_others_are_stopped(what, monkeypatch):
+    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
+    MADE.clear()
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    monkeypatch.setattr("hw.every_device.STOP_TIMEOUT_S", 0.02)
+    monkeypatch.setattr("rtctl.host.safe_stop.OPEN_TIMEOUT_S", 0.02)
+    stop, forever = SafeStop(loaded), threading.Event()
+    first, second = MADE[-2:]
+    # so long that a stop one after the other is a failure, and ends
+    monkeypatch.setattr(first, what, lambda: forever.wait(1.0) or first.calls.append("late"))
+    stop.tell()
+    assert second.calls == ["stop"]
+    assert "late" not in first.calls
+    bad, good = stop.now()
+    forever.set()
+    assert second.calls == ["stop", "stop", "open", "stop", "close"]
+    assert (bad.confirmed, good.confirmed) == (False, True)
+    assert bad.detail == "has not come back after 0.02 s"
 
 
 def test_making_it_opens_nothing_and_a_sensor_is_left_alone(loaded, monkeypatch):

@@ -133,6 +133,24 @@ def test_follow_sees_new_events_across_a_rotation(tmp_path):
     assert got == list(range(1, 9))
 
 
+def test_a_rotation_while_the_files_are_read_hides_no_event(tmp_path, monkeypatch):
+    log = EventLog(tmp_path, max_bytes=200)
+    for k in range(6):
+        log.append([event(k)])
+    before, original = ticks(read_events(tmp_path)[0]), event_log.opened
+    assert len(log_files(tmp_path)) > 2
+    looked = []
+
+    def then_rotated(path, **more):
+        looked.append(path)
+        if len(looked) == 2:
+            log.append([event(6)] * 3)
+        return original(path, **more)
+
+    monkeypatch.setattr(event_log, "opened", then_rotated)
+    assert ticks(read_events(tmp_path)[0]) == before
+
+
 def test_follow_begins_when_it_is_asked_for(tmp_path, monkeypatch):
     log = EventLog(tmp_path)
     log.append([event(0)])
