@@ -28,4 +28,11 @@ SEEDS = (
         "        damping = p.viscous_nms_rad[axis]",
         SURE,
     ),
+    Seed(
+        "the joint's own damper is counted beside the link's, not in a row with it",
+        "rtctl/check/devices_of_axis.py",
+        "link * own / (link + own) if",
+        "link + own if",
+        SURE,
+    ),
 )

@@ -43,6 +43,29 @@ def test_no_hand_leaves_less_and_one_leaves_no_more():
     assert least == pytest.approx(sure, rel=1e-6)
 
 
+def growth(undamped, stiffness, link, hand_stiffness, hand_damping=0.0):
+    """Largest real part, 1/s, of a motor of .005 kg m2 that the law gives `undamped` N m s/rad of its motion
+    back, with its joint, link (kg m2) and a hand that is a spring and a damper."""
+    motor = 0.005
+    spring = np.array([[stiffness, -stiffness], [-stiffness, stiffness + hand_stiffness]])
+    damper = np.array([[B_M + B_J - undamped, -B_J], [-B_J, B_J + B_L + hand_damping]])
+    each = np.array([[motor], [link]])
+    whole = np.block([[np.zeros((2, 2)), np.eye(2)], [-spring / each, -damper / each]])
+    return np.linalg.eigvals(whole).real.max()
+
+
+def test_a_hand_is_fed_by_what_is_taken_beyond_it_and_by_no_less():
+    sure, draw = sure_damping(B_M + B_L, OF_JOINT), np.random.default_rng(14)
+    for _ in range(1000):
+        stiffness, link = 10 ** draw.uniform(0, 3), 10 ** draw.uniform(-4, -2)
+        assert growth(0.999 * sure, stiffness, link, *10 ** draw.uniform((-1, -5), (4, 1))) < 0
+        # the motor swings on what is left of the spring: there the hand carries the link's inertia, too
+        omega_squared = stiffness * B_L / (B_J + B_L) / 0.005
+        hand = stiffness * B_L / B_J + link * omega_squared
+        # up to b_m + b_l the account once called it paid for by the joint
+        assert growth(1.001 * sure, stiffness, link, hand) > 0
+
+
 @pytest.mark.parametrize("b", [0.0, 0.05, math.nan])
 def test_a_rigid_joint_keeps_all_of_it(b):
     assert sure_damping(b, Joint()) == pytest.approx(b, nan_ok=True)
