@@ -10,9 +10,10 @@ from law_rig import COUNT, LawRig, T
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
 from rtctl.check.law_plan import build
+from rtctl.check.stability_report import figures_alone
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.jit import compiled
-from rtctl.rig_file.config import load
+from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 B_M, B_J, B_L = 0.02, 0.01, 0.03
@@ -106,3 +107,18 @@ def test_the_plan_of_an_elastic_joint_says_what_is_sure():
     # our own dampers live on no more either
     for name in ("sure_viscous_nms_rad", "hold_damping_nms_rad", "injected_damping_max_nms_rad"):
         assert p[name][0] == sure
+
+
+@pytest.mark.parametrize("rig", ["mock-elastic.toml", "mock.toml"])
+def test_what_help_takes_it_takes_at_the_motor(rig):
+    loaded = load(CONFIGS / rig)
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0]["friction"]["viscous_gain"] = 0.8
+    strong = loaded.model_copy(update={"config": Config.model_validate(table)})
+    plain, found = figures_alone(loaded, 0), figures_alone(strong, 0)
+    taken = plain.total_damping_nms_rad - found.total_damping_nms_rad
+    assert taken > 0.5 * plain.total_damping_nms_rad
+    left = plain.device_damping_nms_rad - taken
+    assert found.device_damping_nms_rad == pytest.approx(left, abs=1e-12)
+    if rig == "mock.toml":
+        assert found.device_damping_nms_rad == found.total_damping_nms_rad
