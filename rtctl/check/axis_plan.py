@@ -84,10 +84,9 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     # b of 4.3: more would be a limit cycle of its own
-    p["injected_damping_max_nms_rad"][a] = sure
+    p["injected_damping_max_nms_rad"][a] = p["hold_damping_nms_rad"][a] = sure
     if axis.may_show("admittance"):
         _fill_admittance(p, a, axis, period_s)
-    p["hold_damping_nms_rad"][a] = sure
 
 
 def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:

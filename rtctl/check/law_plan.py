@@ -88,7 +88,7 @@ def build(loaded: LoadedConfig) -> Plan:
         if "current" in member.channels and registry.lookup(member.kind).follows:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
-        joint = joint_of_axis(loaded, a)
+        joint, learned = joint_of_axis(loaded, a), _load_model(loaded, axis)
         fill_axis(params[0], a, axis, config.period_s, joint)
         between = lateness.of_axis(loaded, a).between
         # what may be shown: age of samples and all of the lag count, rounded up
@@ -99,7 +99,6 @@ def build(loaded: LoadedConfig) -> Plan:
         params[0]["actuator_delay_ticks"][a] = round(acting)  # what acts; one tick more is covered
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
-        learned = _load_model(loaded, axis)
         sure = guarantee(axis, learned)
         params[0]["flicker_held"][a] = holds_flicker(axis, sure, joint.dry_share)
         params[0]["mass_rest_rad"][a] = sure.credited_rad

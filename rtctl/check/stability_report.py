@@ -208,7 +208,8 @@ def _figures(  # longer than 50 lines: one figure a line
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
-    b = sure_damping(guaranteed[0], joint)
+    # what help takes of it, it takes at the motor: behind the spring all of b_l stays, for a hand to cancel
+    b = guaranteed[0] - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
     # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
     stiffer = more * k_c + spring

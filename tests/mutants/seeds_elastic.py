@@ -28,4 +28,18 @@ SEEDS = (
         "        damping = p.viscous_nms_rad[axis]",
         SURE,
     ),
+    Seed(
+        "the joint's own damper is counted beside the link's, not in a row with it",
+        "rtctl/check/devices_of_axis.py",
+        "link * own / (link + own) if",
+        "link + own if",
+        SURE,
+    ),
+    Seed(
+        "help takes its share of the damping behind the spring, too",
+        "rtctl/check/stability_report.py",
+        "guaranteed[0] - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))",
+        "sure_damping(guaranteed[0], joint)",
+        SURE,
+    ),
 )

@@ -10,9 +10,10 @@ from law_rig import COUNT, LawRig, T
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
 from rtctl.check.law_plan import build
+from rtctl.check.stability_report import figures_alone
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.jit import compiled
-from rtctl.rig_file.config import load
+from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 B_M, B_J, B_L = 0.02, 0.01, 0.03
@@ -41,6 +42,29 @@ def test_no_hand_leaves_less_and_one_leaves_no_more():
         least = min(least, dissipated(omega, stiffness, stiffness / (1j * omega) * B_L / B_J))
     assert sure == pytest.approx(B_M + B_J * B_L / (B_J + B_L), rel=1e-12)
     assert least == pytest.approx(sure, rel=1e-6)
+
+
+def growth(undamped, stiffness, link, hand_stiffness, hand_damping=0.0):
+    """Largest real part, 1/s, of a motor of .005 kg m2 that the law gives `undamped` N m s/rad of its motion
+    back, with its joint, link (kg m2) and a hand that is a spring and a damper."""
+    motor = 0.005
+    spring = np.array([[stiffness, -stiffness], [-stiffness, stiffness + hand_stiffness]])
+    damper = np.array([[B_M + B_J - undamped, -B_J], [-B_J, B_J + B_L + hand_damping]])
+    each = np.array([[motor], [link]])
+    whole = np.block([[np.zeros((2, 2)), np.eye(2)], [-spring / each, -damper / each]])
+    return np.linalg.eigvals(whole).real.max()
+
+
+def test_a_hand_is_fed_by_what_is_taken_beyond_it_and_by_no_less():
+    sure, draw = sure_damping(B_M + B_L, OF_JOINT), np.random.default_rng(14)
+    for _ in range(1000):
+        stiffness, link = 10 ** draw.uniform(0, 3), 10 ** draw.uniform(-4, -2)
+        assert growth(0.999 * sure, stiffness, link, *10 ** draw.uniform((-1, -5), (4, 1))) < 0
+        # the motor swings on what is left of the spring: there the hand carries the link's inertia, too
+        omega_squared = stiffness * B_L / (B_J + B_L) / 0.005
+        hand = stiffness * B_L / B_J + link * omega_squared
+        # up to b_m + b_l the account once called it paid for by the joint
+        assert growth(1.001 * sure, stiffness, link, hand) > 0
 
 
 @pytest.mark.parametrize("b", [0.0, 0.05, math.nan])
@@ -83,3 +107,18 @@ def test_the_plan_of_an_elastic_joint_says_what_is_sure():
     # our own dampers live on no more either
     for name in ("sure_viscous_nms_rad", "hold_damping_nms_rad", "injected_damping_max_nms_rad"):
         assert p[name][0] == sure
+
+
+@pytest.mark.parametrize("rig", ["mock-elastic.toml", "mock.toml"])
+def test_what_help_takes_it_takes_at_the_motor(rig):
+    loaded = load(CONFIGS / rig)
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0]["friction"]["viscous_gain"] = 0.8
+    strong = loaded.model_copy(update={"config": Config.model_validate(table)})
+    plain, found = figures_alone(loaded, 0), figures_alone(strong, 0)
+    taken = plain.total_damping_nms_rad - found.total_damping_nms_rad
+    assert taken > 0.5 * plain.total_damping_nms_rad
+    left = plain.device_damping_nms_rad - taken
+    assert found.device_damping_nms_rad == pytest.approx(left, abs=1e-12)
+    if rig == "mock.toml":
+        assert found.device_damping_nms_rad == found.total_damping_nms_rad
