@@ -8,10 +8,10 @@ CHANCE = "tests/unit/friction/test_judged_by_chance.py"
 
 SEEDS = (
     Seed(
-        "a line is nearer to few right points by a standard deviation alone",
+        "a line is nearer to few right points by what two numbers win alone",
         "rtctl/friction/learn/report_judge.py",
-        " / len(v)\n        session",
-        " / chdtri(len(v), 1 - np.sqrt(1 - RIGHT_REFUSED))\n        session",
+        " / free * chance",
+        " / free",
         (f"{CHANCE}::test_a_line_is_nearer_to_a_right_session_in_one_of_twenty_at_most",),
     ),
 )

@@ -32,7 +32,7 @@ def test_one_point_of_five_outside_is_chance_and_three_are_not():
 
 @pytest.mark.parametrize("points", [5, 60])
 def test_a_line_is_nearer_to_a_right_session_in_one_of_twenty_at_most(points):
-    """Errors as the band tells them; a standard deviation alone refuses more of 5 points."""
+    """Errors as the band tells them; what two numbers win alone refuses more of 5 points."""
     random, speed = np.random.default_rng(162), np.linspace(0.1, 2.0, 40)
     rows = [
         (way * v, 1 + np.exp(-v / 0.15) + 0.01 * random.normal(), way, np.nan, np.nan)
