@@ -192,12 +192,17 @@ def _of(
 def _allowed(branch: Branch, v: np.ndarray, f: np.ndarray, floor: np.ndarray) -> float:
     """RMSE up to which a model is as near to points as Coulomb + viscous fitted to them, N m.
 
-    Two numbers fitted to n points err by 2/n of the power less than those that are not; and between two
+    Two numbers fitted to n points err by 2/n of the power less than those that are not, and of right sessions
+    all but `RIGHT_REFUSED` have no more than Fisher's F times it (decision 0162); and between two
     sessions the model may be off by a standard deviation of its band, or by what counts as equal where it is
     more (decision 0012)."""
+    from scipy.special import fdtri
+
     session = RESOLUTION_SHARE * float(np.abs(f).max())
     if branch.band is not None:
         session = max(session, float(np.sqrt(np.mean(branch.band.at(v) ** 2))) / BAND_SIGMAS)
     # two numbers were fitted to the very points that the model has not seen
-    fitted = float(np.mean(floor**2)) * len(v) / max(len(v) - 2, 1)
+    free = max(len(v) - 2, 1)
+    chance = fdtri(len(v), free, np.sqrt(1 - RIGHT_REFUSED))
+    fitted = float(np.mean(floor**2)) * len(v) / free * chance
     return float(np.hypot(np.sqrt(fitted), session))

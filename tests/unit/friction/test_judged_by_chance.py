@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.formulas import fit_formula
-from rtctl.friction.learn.report_judge import Judgement, by_chance, faults
+from rtctl.friction.learn.report_judge import BAND_SIGMAS, Judgement, by_chance, faults, judge
 from rtctl.friction.points import FrictionPoints
 
 ONE = Judgement(1, 5, 0, 0.01, 0, 0.005, 0.01, 0.0, 0.012, 1.0, 0.005, 0.01, 0.0)
@@ -27,6 +28,34 @@ def test_one_point_of_five_outside_is_chance_and_three_are_not():
     assert "60 % of the points lie outside" in band
     (bound,) = faults((replace(ONE, over_bound=3),))
     assert "3 points break the stated bound" in bound
+
+
+@pytest.mark.parametrize("points", [5, 60])
+def test_a_line_is_nearer_to_a_right_session_in_one_of_twenty_at_most(points):
+    """Errors as the band tells them; what two numbers win alone refuses more of 5 points."""
+    random, speed = np.random.default_rng(162), np.linspace(0.1, 2.0, 40)
+    rows = [
+        (way * v, 1 + np.exp(-v / 0.15) + 0.01 * random.normal(), way, np.nan, np.nan)
+        for way in (1, -1)
+        for v in speed
+    ]
+    model = fit_points(FrictionPoints.from_rows(rows, "x", "0" * 64), rig="x", c=100.0)
+    v = np.linspace(0.8, 1.9, points)  # where a line is as good as the curve
+
+    def said(share):
+        session = [
+            (way * at, share * friction, way, np.nan, np.nan)
+            for way, branch in zip((1, -1), model.branches, strict=True)
+            for at, friction in zip(
+                v,
+                branch.magnitude(v) + branch.band.at(v) / BAND_SIGMAS * random.normal(size=points),
+                strict=True,
+            )
+        ]
+        return " ".join(faults(judge(model, FrictionPoints.from_rows(session, "y", "0" * 64))))
+
+    assert sum("nearer" in said(1.0) for _ in range(100)) <= 5
+    assert all("nearer" in said(1.3) for _ in range(10))
 
 
 def test_a_joint_that_comes_to_rest_has_points_at_rest():
