@@ -125,7 +125,7 @@ def _picture(order: Order, motion: Motion) -> Picture:
         f"free_motion_{motion.name.replace(' ', '_')}",
         f"{motion.name}: torque of the hand on the joint in N m, and position in rad about its mean, over "
         "time in s; the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
-        figures.stacked([("hand torque [N m]", force), ("position [rad]", place)], "time [s]", order.motion),
+        figures.stacked([("hand torque [N m]", force), ("position [rad]", place)], order.motion),
     )
 
 

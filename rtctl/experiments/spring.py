@@ -126,7 +126,7 @@ def _pictures(order: Order) -> list[Picture]:
         "spring_time",
         "Torque of the virtual spring, desired and felt by the hand, in N m over time in s; without and with "
         "compensation (Bi, Figs. 8 and 9), and with local force feedback. Seed 0.",
-        figures.stacked(panels, "time [s]", order.motion),
+        figures.stacked(panels, order.motion),
     )
     return [over_time, _loops(runs, order.motion)]
 
