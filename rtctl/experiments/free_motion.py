@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.experiments import figures, same_path, sizes, virtual
+from hw.motion import own_size
+from rtctl.experiments import figures, same_path, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
@@ -204,7 +205,7 @@ def _outcome(
 ) -> Outcome:
     shown: list[Table | Picture] = [*pictures, _bars(order, found)]
     tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]  # units: by `report`
-    most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, order.motion)
+    most_rad_s = own_size("speed_rad_s", HUNTS_RAD_S, order.motion)
     return Outcome(
         "free-motion",
         TITLE,
