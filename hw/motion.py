@@ -154,6 +154,12 @@ def at_handle(rotary: str) -> float:
     return next((by for ending, by in _AT_HANDLE.items() if rotary.endswith(f"_{ending}")), 1.0)
 
 
+def own_size(rotary: str, number: float, motion: str) -> float:
+    """A number chosen for a rotary axis, by its name there, on an axis of this motion: a linear one has it as
+    it is at a handle."""
+    return number * at_handle(rotary) if motion == "linear" else number
+
+
 def named(document: object, motion: str) -> object:
     """A document of plain values whose keys end with their units, with the keys of this motion."""
     if isinstance(document, Mapping):

@@ -16,7 +16,6 @@ import numpy as np
 
 from hw.entry_points import call
 from rtctl.control.jit import compiled, records
-from rtctl.control.vocabulary import State
 
 FIELDS = (
     "motor", "link", "gear", "gear_damping", "play", "viscous", "link_viscous", "coulomb", "breakaway",
@@ -258,15 +257,6 @@ class Rig(foreign_swings.Rig):
             (a["wrist_damping"] + a["muscle_damping"]) / a["arm"] if a["arm"] > 0 else 0.0,
         ]
         return min(5e-5, 0.2 / math.sqrt(max(swings)), 0.3 / max(*fades, 1e-9))
-
-    @property
-    def active(self):
-        return self.law[1]["state"][0] == State.ACTIVE
-
-    @property
-    def fault(self):
-        """Bit number of the first fault, -1 for none."""
-        return int(self.law[1]["fault_first"][0])
 
     def run(self, seconds):
         """Ticks of speeds of motor and link, torque at the sensor, energy given to the arm, and both parts

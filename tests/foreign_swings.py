@@ -9,13 +9,13 @@ axis, m, N, s of a linear one.
 import math
 
 import numpy as np
+from foreign_armed import Armed
 
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.records import state_dtype
-from rtctl.control.vocabulary import State
 from rtctl.tick import new_ticks
 
 FIELDS = (
@@ -141,7 +141,7 @@ def _loop(law_at, of_law, a, y, z, line, noise, steps, out):
         t.tick += 1
 
 
-class Rig:
+class Rig(Armed):
     """A rig file's law on this joint; `share` of its help is left, and `policy`, if it is given, is not the
     file's.
     """
@@ -188,10 +188,6 @@ class Rig:
         ]
         return min(2.5e-5, 0.1 / math.sqrt(max(swings)), 0.2 / max(*fades, 1e-9))
 
-    @property
-    def time_s(self):
-        return int(self.law[0]["tick"][0]) * self.period_s
-
     def run(self, seconds):
         """Speeds of motor and link, and the hand's torque; shape (ticks, 3)."""
         out = np.zeros((round(seconds / self.period_s), 3))
@@ -201,15 +197,4 @@ class Rig:
 
     def arm(self):
         """True once it is ACTIVE, before the hand moves."""
-        _, state, _, command, _ = self.law
-        while self.time_s < self.a["from_s"][0] - 0.2:
-            command["arm_count"] += 1
-            command["epoch"], command["seq"], command["compensation"] = (
-                state["epoch"],
-                command["seq"] + 1,
-                1.0,
-            )
-            self.run(0.05)
-            if state["state"][0] == State.ACTIVE:
-                return True
-        return False
+        return self.arm_until(self.a["from_s"][0] - 0.2)

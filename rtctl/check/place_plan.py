@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hw.motion import at_handle
+from hw.motion import own_size
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.place_trust import SLOW_RAD_S
 from rtctl.control.vocabulary import PlaceUse
@@ -40,7 +40,7 @@ def judged_by(
     if bandwidth_hz > 0.0:
         second_s = 1.0 / (2 * math.pi * SMOOTHING * bandwidth_hz)
         seen_hz = min(bandwidth_hz, UNMATCHED_RAD / (2 * math.pi * (second_s + late_s)))
-    slow_rad_s = SLOW_RAD_S * (at_handle("slow_rad_s") if axis.motion == "linear" else 1.0)
+    slow_rad_s = own_size("slow_rad_s", SLOW_RAD_S, axis.motion)
     # nothing of friction to be judged: the conservative part then has the motion to itself
     judged = of_friction == 0 or seen_hz > max(slow_rad_s, ORDINARY_SHARE * trained_rad_s) * of_part
     return seen_hz / (max(of_friction, of_part) if judged else of_friction), judged

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hw.motion import HANDLE_M
+from hw.motion import HANDLE_M, own_size
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
-from rtctl.friction.guarantee import holds_flicker, own
+from rtctl.friction.guarantee import holds_flicker
 
 if TYPE_CHECKING:
     from rtctl.check.axis_report import AxisFigures
@@ -188,11 +188,11 @@ def encoder_steps(s: Subject) -> list[Verdict]:
 
 def still_rad_s(s: Subject) -> float:
     """Shake of this axis that counts as none, rad/s: of a carriage as at a handle, like `_felt_rad_s`."""
-    return own(SHAKE_RAD_S, "shake_rad_s", s.table.motion)
+    return own_size("shake_rad_s", SHAKE_RAD_S, s.table.motion)
 
 
 def _felt_rad_s(s: Subject) -> float:
-    return own(FELT_RAD_S, "felt_rad_s", s.table.motion)
+    return own_size("felt_rad_s", FELT_RAD_S, s.table.motion)
 
 
 def _steps_row(

@@ -34,8 +34,8 @@ def png(figure: Figure, motion: str) -> bytes:
     return pictures.png(figure)
 
 
-def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: float = 2.4) -> bytes:
-    """Draw panels above each other over one x axis; each is (y label with unit, lines)."""
+def stacked(panels: Sequence[tuple[str, Lines]], motion: str, height: float = 2.4) -> bytes:
+    """Draw panels above each other over one axis of time; each is (y label with unit, lines)."""
     # .6 inches for the legend and the axis below
     figure = pictures.blank(WIDTH, height * len(panels) + 0.6)
     plots = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -43,7 +43,7 @@ def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: fl
         for name, (at, value) in lines.items():
             plot.plot(at, value, linewidth=0.9, label=name)
         label(plot, "", y)
-    plots[-1].set_xlabel(x)
+    plots[-1].set_xlabel("time [s]")
     # each line once, though every panel has it: by its name, in the order of the first panel
     named = {
         name: handle for plot in plots for handle, name in zip(*plot.get_legend_handles_labels(), strict=True)

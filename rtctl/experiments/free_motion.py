@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.experiments import figures, same_path, sizes, virtual
+from hw.motion import own_size
+from rtctl.experiments import figures, same_path, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
@@ -125,7 +126,7 @@ def _picture(order: Order, motion: Motion) -> Picture:
         f"free_motion_{motion.name.replace(' ', '_')}",
         f"{motion.name}: torque of the hand on the joint in N m, and position in rad about its mean, over "
         "time in s; the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
-        figures.stacked([("hand torque [N m]", force), ("position [rad]", place)], "time [s]", order.motion),
+        figures.stacked([("hand torque [N m]", force), ("position [rad]", place)], order.motion),
     )
 
 
@@ -204,7 +205,7 @@ def _outcome(
 ) -> Outcome:
     shown: list[Table | Picture] = [*pictures, _bars(order, found)]
     tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]  # units: by `report`
-    most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, order.motion)
+    most_rad_s = own_size("speed_rad_s", HUNTS_RAD_S, order.motion)
     return Outcome(
         "free-motion",
         TITLE,

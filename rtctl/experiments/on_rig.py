@@ -118,7 +118,7 @@ def _picture(name: str, runs: Runs, wanted: dict[str, np.ndarray], motion: str) 
         "Torque of the hand in N m (force sensor) and angle in rad over time in s since the phase began."
     )
     panels = [("hand torque [N m]", force), ("angle [rad]", place)]
-    return Picture(f"{name.replace('-', '_')}_on_rig", caption, figures.stacked(panels, "time [s]", motion))
+    return Picture(f"{name.replace('-', '_')}_on_rig", caption, figures.stacked(panels, motion))
 
 
 def _ticks(runs: Runs) -> dict[str, bytes]:

@@ -104,7 +104,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. {order.shown_run}"
     )
     name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_{unit('mrad', order.motion)}"
-    return Picture(name, caption, figures.stacked(panels, "time [s]", order.motion, 3.0))
+    return Picture(name, caption, figures.stacked(panels, order.motion, 3.0))
 
 
 EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from hw.motion import words
+from hw.motion import own_size, words
 from rtctl.control.vocabulary import Policy
 from rtctl.errors import DataError
-from rtctl.experiments import figures, policies_on_family, report, sizes, still_hand, virtual
+from rtctl.experiments import figures, policies_on_family, report, still_hand, virtual
 from rtctl.experiments.free_motion import HUNTS_RAD_S
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
@@ -52,7 +52,7 @@ class Judged:
         """What is wrong on an axis of this motion: speed by the mean over the seeds, energy by the worst of
         them; NaN: the rig was stopped."""
         speed, energy = self.figures["speed_after_release_rad_s"], self.figures["hand_energy_min_j"]
-        most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
+        most_rad_s = own_size("speed_rad_s", HUNTS_RAD_S, motion)
         found = {
             "stopped by a fault": not np.isfinite(energy).all(),
             # `not <=`: a NaN of a rig that stopped counts as hunting
@@ -67,7 +67,7 @@ def tanh(speed_rad_s: float) -> Change:
 
     def change(simulation: Simulation) -> None:
         simulation.params["friction_policy"] = int(Policy.TANH)
-        simulation.params["friction_tanh_rad_s"] = sizes.own("tanh_rad_s", speed_rad_s, simulation.motion)
+        simulation.params["friction_tanh_rad_s"] = own_size("tanh_rad_s", speed_rad_s, simulation.motion)
 
     return change
 
@@ -104,7 +104,7 @@ def coarse(counts: int) -> Change:
     """Put a coarse encoder on the link."""
 
     def change(simulation: Simulation) -> None:
-        count_rad = sizes.own("count_rad", 2 * math.pi / counts, simulation.motion)
+        count_rad = own_size("count_rad", 2 * math.pi / counts, simulation.motion)
         simulation.plant_params["count_rad"] = count_rad
         for name in ("count_rad", "velocity_band_rad"):  # FOAW accepts what a count makes
             simulation.params[name] = count_rad
@@ -162,10 +162,10 @@ def own_names(text: str, motion: str) -> str:
         return text
     # as written in the name, digit by digit: `.02` is not `0.02`
     for speed in TANH_RAD_S:
-        own_m_s = sizes.own("tanh_rad_s", float(speed), motion)
+        own_m_s = own_size("tanh_rad_s", float(speed), motion)
         text = text.replace(f"tanh {speed} rad/s", words(f"tanh {own_m_s:g} m/s", motion))
     for counts in COARSE:
-        step_m = sizes.own("count_rad", 2 * math.pi / counts, motion)
+        step_m = own_size("count_rad", 2 * math.pi / counts, motion)
         text = text.replace(f"encoder of {counts} counts", f"encoder with steps of {1e6 * step_m:.0f} um")
     return text
 
@@ -175,10 +175,10 @@ def _shown(pictures: list[Picture], tables: list[Table]) -> tuple[Picture | Tabl
 
 
 def _explanation(motion: str) -> str:
-    stiff = [sizes.own("stiffness_nm_rad", k, motion) for k, _ in still_hand.HANDS]
-    damped = [sizes.own("damping_nms_rad", b, motion) for _, b in still_hand.HANDS]
+    stiff = [own_size("stiffness_nm_rad", k, motion) for k, _ in still_hand.HANDS]
+    damped = [own_size("damping_nms_rad", b, motion) for _, b in still_hand.HANDS]
     hunts, shakes = (
-        1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, campaign_still.QUIET_RAD_S)
+        1e3 * own_size("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, campaign_still.QUIET_RAD_S)
     )
     most_mj = 1e3 * campaign_still.FED_J
     return (

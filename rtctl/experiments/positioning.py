@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hw.motion import own_size
 from rtctl.control.jit import records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Shape
@@ -83,7 +84,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
     g["inertia_kgm2"], g["friction_gain"] = inertia, FRICTION_GAIN
     g["alpha"] = lowpass_alpha(VELOCITY_HZ, order.loaded.config.period_s)
-    g["error_rad"] = axis.friction.stop_rad or sizes.own("error_rad", ERROR_RAD, axis.motion)
+    g["error_rad"] = axis.friction.stop_rad or own_size("error_rad", ERROR_RAD, axis.motion)
     return g
 
 

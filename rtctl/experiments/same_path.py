@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.experiments import sizes, virtual
+from hw.motion import own_size
+from rtctl.experiments import virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
@@ -26,10 +27,10 @@ STIFF_NMS_RAD = 2.0
 
 def led(simulation: Simulation) -> None:
     """Let a stiff hand lead the joint along its wish."""
-    simulation.plant_params["hand_stiffness_nm_rad"] = sizes.own(
+    simulation.plant_params["hand_stiffness_nm_rad"] = own_size(
         "stiffness_nm_rad", STIFF_NM_RAD, simulation.motion
     )
-    simulation.plant_params["hand_damping_nms_rad"] = sizes.own(
+    simulation.plant_params["hand_damping_nms_rad"] = own_size(
         "damping_nms_rad", STIFF_NMS_RAD, simulation.motion
     )
 
@@ -74,7 +75,7 @@ def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
 
 def table(found: dict[str, dict[str, Way]], motion: str = "rotary") -> Table:
     """Motion of the hand -> way -> figures, as a table of the page."""
-    stiffness = sizes.own("stiffness_nm_rad", STIFF_NM_RAD, motion)
+    stiffness = own_size("stiffness_nm_rad", STIFF_NM_RAD, motion)
     rows = tuple(
         (moved, name, way.reduction.text(100, ".1f"), way.path.text(100, ".2g"))
         for moved, ways in found.items()

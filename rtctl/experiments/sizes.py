@@ -1,21 +1,16 @@
 """Sizes of an axis: what an experiment chose for a joint, as it is on the axis that it is run on.
 
-A linear axis has it as it is at a handle 10 cm from a joint (`hw.motion.at_handle`). An axis with less room,
+A linear axis has it as it is at a handle 10 cm from a joint (`hw.motion.own_size`). An axis with less room,
 in travel or speed, has every motion made smaller by one factor, in place and speed alike: periods stay."""
 
 from __future__ import annotations
 
-from hw.motion import at_handle, words
+from hw.motion import own_size, words
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import LoadedConfig
 
 USED_SHARE = 0.8
 """Share of the travel on the nearer side, and of the velocity limit, that motions may use."""
-
-
-def own(name: str, number: float, motion: str) -> float:
-    """A number chosen for a joint, by its name there, on an axis of this motion."""
-    return number * at_handle(name) if motion == "linear" else number
 
 
 def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> float:
@@ -37,7 +32,7 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
             f"{axis.position_min_rad:g} to {axis.position_max_rad:g} rad; let it start nearer to the middle"
         )
         raise ConfigError(words(said, axis.motion))
-    factor = own("reach_rad", 1.0, axis.motion)
+    factor = own_size("reach_rad", 1.0, axis.motion)
     left = [USED_SHARE * min(up, down) / reach_rad]
     if speed_rad_s > 0:
         # a motion that met the velocity limit would be one of the gate, and not of the controller

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.motion import own_size
 from rtctl import pictures
 from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Environment, Policy
-from rtctl.experiments import figures, sizes, virtual
+from rtctl.experiments import figures, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.policies_on_family import hybrid_alone, observer_alone
 from rtctl.experiments.report import Outcome, Part, Target
@@ -81,7 +82,7 @@ def _measure(order: Order, seed: int, variant: Variant) -> Run:
         command = simulation.command
         if command["environment_kind"][0, 0] != int(Environment.SPRING):
             command["environment_kind"][0, 0] = int(Environment.SPRING)
-            command["environment_stiffness_nm_rad"][0, 0] = sizes.own(
+            command["environment_stiffness_nm_rad"][0, 0] = own_size(
                 "stiffness_nm_rad", STIFFNESS_NM_RAD, simulation.motion
             )
             # slack at first: the hand has not wound it up
@@ -126,7 +127,7 @@ def _pictures(order: Order) -> list[Picture]:
         "spring_time",
         "Torque of the virtual spring, desired and felt by the hand, in N m over time in s; without and with "
         "compensation (Bi, Figs. 8 and 9), and with local force feedback. Seed 0.",
-        figures.stacked(panels, "time [s]", order.motion),
+        figures.stacked(panels, order.motion),
     )
     return [over_time, _loops(runs, order.motion)]
 

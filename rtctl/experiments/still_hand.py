@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hw.motion import own_size
 from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import State
-from rtctl.experiments import sizes, virtual
+from rtctl.experiments import virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
@@ -36,7 +37,7 @@ class Still:
 
     def faults(self, motion: str = "rotary") -> list[str]:
         """What is wrong on an axis of this motion, in words. NaN is wrong."""
-        most_rad_s = sizes.own("speed_rad_s", QUIET_RAD_S, motion)
+        most_rad_s = own_size("speed_rad_s", QUIET_RAD_S, motion)
         found = {
             "shakes a hand that holds still": not self.speed_rad_s <= most_rad_s,
             "feeds a hand that holds still": not self.fed_j <= FED_J,
@@ -66,8 +67,8 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     # moved first: bristles, mass and observer are then as motion leaves them, and not as they were made
     FAST_SINE.on(loaded).apply(simulation)
     p = simulation.plant_params
-    p["hand_stiffness_nm_rad"] = sizes.own("stiffness_nm_rad", stiffness, simulation.motion)
-    p["hand_damping_nms_rad"] = sizes.own("damping_nms_rad", damping, simulation.motion)
+    p["hand_stiffness_nm_rad"] = own_size("stiffness_nm_rad", stiffness, simulation.motion)
+    p["hand_damping_nms_rad"] = own_size("damping_nms_rad", damping, simulation.motion)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
     simulation.run(virtual.stroke_ends_s(simulation, FAST_SINE) - simulation.time_s)

@@ -111,7 +111,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         f"model. {order.shown_run}"
     )
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
-    return Picture(name, caption, figures.stacked(panels, "time [s]", order.motion, 3.0))
+    return Picture(name, caption, figures.stacked(panels, order.motion, 3.0))
 
 
 EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hw.motion import own_size
 from hw.simulators.mock_energy import stored_j
 from hw.simulators.mock_records import Hand
 from rtctl.control.velocity import lowpass_alpha
@@ -178,7 +179,7 @@ def _hand(loaded: LoadedConfig) -> tuple[float, float]:
     # the first is that of the first axis, or of all: a second axis may have a hand of its own
     told = [one for one in table.get("hand", ())[:1] if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
     motion = "rotary" if told else loaded.config.axis[0].motion
-    return sizes.own("stiffness_nm_rad", 1.0, motion), sizes.own("damping_nms_rad", 1.0, motion)
+    return own_size("stiffness_nm_rad", 1.0, motion), own_size("damping_nms_rad", 1.0, motion)
 
 
 def make(loaded: LoadedConfig, seed: int) -> Simulation:

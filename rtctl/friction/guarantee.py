@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hw.motion import at_handle
+from hw.motion import own_size
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
@@ -162,15 +162,9 @@ def _doubts_of_sliding(axis: AxisTable, model: FrictionModel, doubt_nm: float) -
     return sliding_nm, min(sliding_nm, most_nm, friction.drift_nm + float(model.error_max_nm.max()))
 
 
-def own(chosen: float, name: str, motion: str) -> float:
-    """A number chosen for a joint, by its name there, on an axis of this motion: a linear one has it as it is
-    at a handle (`hw.motion`)."""
-    return chosen * at_handle(name) if motion == "linear" else chosen
-
-
 def assumed_rad(motion: str) -> float:
     """Presliding length where none is known, rad; of a linear axis m."""
-    return own(LENGTH_UNKNOWN_RAD, "length_rad", motion)
+    return own_size("length_rad", LENGTH_UNKNOWN_RAD, motion)
 
 
 def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGEST_RAD) -> float:
@@ -182,7 +176,7 @@ def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGES
 def _dry_nm(axis: AxisTable, model: FrictionModel | None) -> float:
     """Least dry friction by model or rig file, N m, that a hand's push is measured by."""
     known_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
-    return known_nm if known_nm > 0 else own(DRY_UNKNOWN_NM, "dry_nm", axis.motion)
+    return known_nm if known_nm > 0 else own_size("dry_nm", DRY_UNKNOWN_NM, axis.motion)
 
 
 def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
@@ -220,11 +214,11 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_rad=length_rad,
         length_source=source,
         credited_rad=credited_rad,
-        bank_j=bank_j(peak_nm, lent_rad, own(BANK_LONGEST_RAD, "longest_rad", axis.motion)),
+        bank_j=bank_j(peak_nm, lent_rad, own_size("longest_rad", BANK_LONGEST_RAD, axis.motion)),
         intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,  # 0: the rig file names none
         gate_nm=friction.gate_nm or GATE_SHARE * dry_nm,
         gate_deadband_nm=friction.gate_deadband_nm
-        or min(GATE_DEADBAND_SHARE * dry_nm, own(GATE_DEADBAND_MOST_NM, "most_nm", axis.motion)),
+        or min(GATE_DEADBAND_SHARE * dry_nm, own_size("most_nm", GATE_DEADBAND_MOST_NM, axis.motion)),
         observer_deadband_nm=friction.observer.deadband_nm
-        or min(OBSERVER_DEADBAND_SHARE * dry_nm, own(OBSERVER_DEADBAND_MOST_NM, "most_nm", axis.motion)),
+        or min(OBSERVER_DEADBAND_SHARE * dry_nm, own_size("most_nm", OBSERVER_DEADBAND_MOST_NM, axis.motion)),
     )

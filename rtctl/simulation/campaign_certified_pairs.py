@@ -14,11 +14,9 @@ from rtctl.control.environments.table import Environment
 from rtctl.control.proofs import admittance_help, admittance_margin, admittance_sticking
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.control.proofs.less_late import quicker_sensors
-from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.campaign_draws import log_uniform
-from rtctl.simulation.family import FAMILY, with_plant
-from rtctl.simulation.shipped_files import shipped_config
+from rtctl.simulation.family import FAMILY, shipped_rig, with_plant
 
 PAIRS = 20
 """Hands in worlds, of each rig."""
@@ -67,13 +65,8 @@ class Pair:
 
 
 @cache
-def _shipped() -> LoadedConfig:
-    return config.load(shipped_config("mock.toml"))
-
-
-@cache
 def _with(plant: str) -> LoadedConfig:
-    return with_plant(_shipped(), plant)
+    return with_plant(shipped_rig("mock.toml"), plant)
 
 
 def _sensor(seed: int, index: int) -> dict[str, Any]:

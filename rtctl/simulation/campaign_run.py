@@ -5,32 +5,24 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rtctl.control.vocabulary import Fault, Program, State
-from rtctl.rig_file import config
-from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation import campaign_workers
 from rtctl.simulation.campaign_drive import drive
 from rtctl.simulation.campaign_monitor import INVARIANTS
 from rtctl.simulation.campaign_rigs import Rig, make
+from rtctl.simulation.family import shipped_rig
 from rtctl.simulation.jit import records
-from rtctl.simulation.shipped_files import shipped_config
 from rtctl.whole_files import whole
 
 TRACE_TICKS = 2000
 
 TWO_AXES_OF = 8
 """Every so many rigs one has two axes."""
-
-
-@cache
-def _loaded(name: str) -> LoadedConfig:
-    return config.load(shipped_config(name))
 
 
 @dataclass(frozen=True)
@@ -112,7 +104,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
     name = "mock-2axis.toml" if index % TWO_AXES_OF == 0 else "mock.toml"
     # made and not kept: a rig follows from seed and number
     rig = make(
-        _loaded(name), order.seed, index, passive=order.passive, faults=order.faults, ticks=order.ticks
+        shipped_rig(name), order.seed, index, passive=order.passive, faults=order.faults, ticks=order.ticks
     )
     simulation, result = rig.simulation, Result(rigs=1, faults_scheduled=len(rig.faults))
     trace = records(np.zeros(keep, simulation.tick.dtype))

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from hw import registry
 from rtctl.friction.policies import STANDINGS
-from rtctl.rig_file import config
-from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.rig_file.config import Config
 from rtctl.simulation.campaign_draws import log_uniform
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import merged
-from rtctl.simulation.shipped_files import shipped_config
+from rtctl.simulation.family import merged, shipped_rig
 
 PERIOD_S = 2.0
 PERIODS = 2
@@ -107,11 +104,6 @@ def _sensor(seed: int, index: int) -> dict[str, Any]:
     return {"sensor_hz": hz, "sensor_ticks": late}
 
 
-@cache
-def _shipped() -> LoadedConfig:
-    return config.load(shipped_config("mock.toml"))
-
-
 def _joint(case: Case, inertia_kgm2: float) -> dict[str, Any]:
     """The case's changes of [[device.options.axis]]."""
     friction = {
@@ -148,7 +140,7 @@ def _hand(case: Case) -> dict[str, Any]:
 def rig(case: Case) -> Simulation:
     """The simulated rig of a case, nothing run yet. The presliding length is told as break-away over
     sigma0."""
-    shipped = _shipped()
+    shipped = shipped_rig("mock.toml")
     # through the tables of a rig file: a case that none could hold is refused
     table = shipped.config.model_dump(mode="json", by_alias=True)
     axis = table["axis"][0]

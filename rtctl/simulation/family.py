@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -18,7 +19,9 @@ from pydantic import ValidationError
 from hw import registry
 from hw.plain_words import explain
 from rtctl.errors import ConfigError
+from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.shipped_files import shipped_config
 
 Change = Mapping[str, Any]
 
@@ -147,6 +150,12 @@ def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
     # one at least: a mock without the table has an axis of defaults
     out["axis"] = [merged(axis, plant.axis) for axis in options.get("axis", [{}])]
     return out
+
+
+@cache
+def shipped_rig(name: str) -> LoadedConfig:
+    """A rig file that is shipped, by its name; read once."""
+    return config.load(shipped_config(name))
 
 
 def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from foreign_armed import Armed
 
 from foreign_engine.plants import LEVER_M, YIELDS, _arm_angles, xml
 from hw.entry_points import call, entry_point
@@ -13,7 +14,7 @@ from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.records import state_dtype
-from rtctl.control.vocabulary import Environment, Policy, State
+from rtctl.control.vocabulary import Environment, Policy
 from rtctl.tick import new_ticks
 
 _STEP = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("libmujoco*")))).mj_step
@@ -96,7 +97,7 @@ def _loop(
         t.tick += 1
 
 
-class Rig:
+class Rig(Armed):
     """A rig file's law (`policy`, if it is given, is not the file's) on this engine's joint in this hand."""
 
     SEEN = ("motor", "link", "torque", "given", "fed", "at", "feedforward", "observer")
@@ -140,18 +141,6 @@ class Rig:
         self._at = entry_point(law.step, *self.law)
         self.wish = np.zeros_like
         self.squeeze = self.leans = 0.0
-
-    @property
-    def time_s(self):
-        return int(self.law[0]["tick"][0]) * self.period_s
-
-    @property
-    def active(self):
-        return self.law[1]["state"][0] == State.ACTIVE
-
-    @property
-    def fault(self):
-        return int(self.law[1]["fault_first"][0])
 
     def _base(self, n):
         """(ctrl of the hand and its wishes a tick, gains at once and of its reflex)."""
@@ -197,18 +186,7 @@ class Rig:
 
     def arm(self, most_s=3.0):
         """True once it is ACTIVE."""
-        _, state, _, command, _ = self.law
-        while self.time_s < most_s:
-            command["arm_count"] += 1
-            command["epoch"], command["seq"], command["compensation"] = (
-                state["epoch"],
-                command["seq"] + 1,
-                1.0,
-            )
-            self.run(0.05)
-            if self.active:
-                return True
-        return False
+        return self.arm_until(most_s)
 
     def world(self, kind, stiffness, place, damping=0.0):
         """A world that the law renders itself."""

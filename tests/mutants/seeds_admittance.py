@@ -52,7 +52,7 @@ SEEDS = (
     ),
     Seed(
         "help with friction is judged as if it turned at once", "rtctl/control/proofs/admittance_help.py",
-        "np.array(amplitude_rad / loop.help_turns_rad)", "np.array(1e9)",
+        "spring_and_loss(amplitude_rad / loop.help_turns_rad)", "spring_and_loss(1e9)",
         (f"{HELP}::test_help_that_turns_with_the_mass_before_the_joint_keeps_a_hand_swinging",),
     ),
     Seed(

@@ -80,7 +80,7 @@ SEEDS = (
     Seed(
         "a carriage is wished as far away as a joint is turned",
         "rtctl/experiments/sizes.py",
-        'factor = own("reach_rad", 1.0, axis.motion)',
+        'factor = own_size("reach_rad", 1.0, axis.motion)',
         "factor = 1.0",
         SIZES,
     ),

@@ -144,13 +144,13 @@ SEEDS = (
     Seed(
         "a carriage may shake ten times as fast as a joint does at its handle",
         "rtctl/check/verdicts_of_loop.py",
-        'return own(SHAKE_RAD_S, "shake_rad_s", s.table.motion)', "return SHAKE_RAD_S",
+        'return own_size("shake_rad_s", SHAKE_RAD_S, s.table.motion)', "return SHAKE_RAD_S",
         (f"{CHECK}::test_a_carriage_may_shake_no_faster_than_a_joint_does_at_its_handle",
          f"{CHECK}::test_a_carriage_that_sticks_may_shake_no_faster_either"),
     ),
     Seed(
         "a carriage's shake is refused from ten times the speed on", "rtctl/check/verdicts_of_loop.py",
-        'return own(FELT_RAD_S, "felt_rad_s", s.table.motion)', "return FELT_RAD_S",
+        'return own_size("felt_rad_s", FELT_RAD_S, s.table.motion)', "return FELT_RAD_S",
         (f"{CHECK}::test_a_carriage_may_shake_no_faster_than_a_joint_does_at_its_handle",),
     ),
     Seed(

@@ -16,6 +16,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Points, Swing, eigenvalues, fine_worlds
+from rtctl.control.proofs.admittance_sticking import spring_and_loss
 
 STIFFNESSES = (0.25, 1.0, 4.0)
 """Bristles tried, as shares of those told."""
@@ -55,12 +56,6 @@ class Helped:
     def ok(self) -> bool:
         """Nothing grows."""
         return self.growth_1_s <= GROWS_1_S
-
-
-def spring_and_loss(swing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """N' and n'' of swings of so many lengths; below 1 a spring."""
-    phi = np.arccos(np.maximum(1.0 - 2.0 / np.maximum(swing, 1.0), -1.0))
-    return (phi - np.sin(phi) * np.cos(phi)) / math.pi, np.sin(phi) ** 2 / math.pi
 
 
 def judge_help(loop: AdmittanceLoop) -> Helped:
@@ -112,8 +107,8 @@ def _growth(
     """Growth of every point at one amplitude, 1/s, and its frequency, rad/s: loss and frequency follow each
     other."""
     friction_nm, T = loop.bristle_nm_rad * loop.presliding_rad, loop.period_s
-    spring, loss = spring_and_loss(np.array(stiff * amplitude_rad / loop.presliding_rad))
-    pulls, feeds = spring_and_loss(np.array(amplitude_rad / loop.help_turns_rad))
+    spring, loss = spring_and_loss(stiff * amplitude_rad / loop.presliding_rad)
+    pulls, feeds = spring_and_loss(amplitude_rad / loop.help_turns_rad)
     bristle, helps = stiff * loop.bristle_nm_rad, loop.help_share * friction_nm / loop.help_turns_rad
     held = replace(at, bristle=np.full(at.size, bristle * spring))
     w, growth = np.full(at.size, _BEGIN_RAD_S), np.zeros(at.size)

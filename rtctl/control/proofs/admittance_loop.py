@@ -31,6 +31,7 @@ from rtctl.control.proofs.drive_in_hand import (
     Hands,
     frequency_hz,
     held_steps,
+    over,
     plant,
     position,
 )
@@ -227,11 +228,6 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
         u = commands[:, :D]
     now = (x, sensed, felt, v_hat, v_r, x_r, calm, ahead)
     return np.concatenate((p, u, forces[:, :L], *(one[:, None] for one in now)), axis=1)
-
-
-def over(hz: float, loop: AdmittanceLoop) -> float:
-    """Coefficient of a low-pass over the ticks from one fresh sample to the next."""
-    return 1.0 - (1.0 - lowpass_alpha(hz, loop.period_s)) ** loop.sample_ticks
 
 
 def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:

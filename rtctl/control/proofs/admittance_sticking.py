@@ -138,8 +138,8 @@ def _followed(loop: AdmittanceLoop, share: float) -> list[Points]:
 
 
 def spring_and_loss(swing: float) -> tuple[float, float]:
-    """N' and n'' of a swing of so many presliding lengths, 1 or more."""
-    phi = math.acos(1.0 - 2.0 / swing)
+    """N' and n'' of a swing of so many presliding lengths; below 1 a spring."""
+    phi = math.acos(1.0 - 2.0 / max(swing, 1.0))
     return (phi - math.sin(phi) * math.cos(phi)) / math.pi, math.sin(phi) ** 2 / math.pi
 
 

@@ -14,6 +14,8 @@ from typing import Self
 
 import numpy as np
 
+from rtctl.control.velocity import lowpass_alpha
+
 RESONANCES_HZ = (20.0, 30.0, 50.0, 70.0, 100.0)
 """Resonances tried for an elastic joint whose own is not declared: two equal masses that swing freely.
 
@@ -231,3 +233,8 @@ def position(loop: Drive, points: Hands, p: np.ndarray) -> np.ndarray:
         return p[:, 0]
     rigid = np.array([one.stiffness_nm_rad == 0 for one in loop.joints])[points.joint.astype(int)]
     return np.where(rigid[:, None], p[:, 0], p[:, 2])
+
+
+def over(hz: float, drive: Drive) -> float:
+    """Coefficient of a low-pass over the ticks from one fresh sample to the next."""
+    return 1.0 - (1.0 - lowpass_alpha(hz, drive.period_s)) ** drive.sample_ticks

@@ -30,6 +30,7 @@ from rtctl.control.proofs.drive_in_hand import (
     Drive,
     Hands,
     held_steps,
+    over,
     plant,
     position,
 )
@@ -113,7 +114,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     felt = force + lowpass_alpha(loop.force_lowpass_hz, loop.period_s) * (forces[:, L] - force)
     v = (x - before) / frame
     moved = np.concatenate([v[:, None], late_v], axis=1)
-    quick, slow = _alpha(SMOOTHING * loop.bandwidth_hz, loop), _alpha(loop.bandwidth_hz, loop)
+    quick, slow = over(SMOOTHING * loop.bandwidth_hz, loop), over(loop.bandwidth_hz, loop)
     # `force`, not `felt`: the sample before, as the law's (6.1)
     q1 = q1 + quick * (u[:, acting - 1] + force - q1)
     w1 = w1 + quick * (moved[:, V] - w1)
@@ -135,8 +136,3 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
         *(one[:, None] for one in (x, felt, q1, w1, q2, w2)),
     )
     return np.concatenate(rows, axis=1)
-
-
-def _alpha(hz: float, loop: Loop) -> float:
-    """Coefficient of a low-pass over a whole frame."""
-    return 1.0 - (1.0 - lowpass_alpha(hz, loop.period_s)) ** loop.sample_ticks

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from hw.motion import at_handle
+from hw.motion import own_size
 from rtctl import __version__
 from rtctl.errors import DataError, ModelError
 from rtctl.friction.kind_compile import compile_curve
@@ -141,7 +141,7 @@ def fit_branch(
     ------
     DataError
         A regression that fails, or a curve that is not positive over the range."""
-    unit, size = unit_of(motion, float(speed.max())), at_handle("c_nm") if motion == "linear" else 1.0
+    unit, size = unit_of(motion, float(speed.max())), own_size("c_nm", 1.0, motion)
     tried = {
         value: validation_errors(speed, friction_nm, value, epsilon_nm, fold, unit)
         for value in ([size * one for one in C_LIST] if c is None else (c,))

@@ -5,9 +5,8 @@ and beside a joint in time.
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from rtctl.control.proofs import admittance_help, admittance_margin
+from rtctl.control.proofs import admittance_margin
 from rtctl.control.proofs.admittance_help import judge_help, largest_help
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box
 from rtctl.control.velocity import lowpass_alpha
@@ -32,15 +31,6 @@ def test_help_that_turns_with_the_mass_before_the_joint_keeps_a_hand_swinging():
     most = largest_help(HELPED)
     assert 0 < most < 0.6
     assert judge_help(replace(HELPED, help_share=most)).ok
-
-
-def test_spring_and_loss_are_those_of_the_joint_that_sticks():
-    from rtctl.control.proofs.admittance_sticking import spring_and_loss
-
-    for swing in (1.0, 1.3, 2.0, 6.0, 34.0):
-        both = admittance_help.spring_and_loss(np.array(swing))
-        assert tuple(map(float, both)) == pytest.approx(spring_and_loss(swing))
-    assert admittance_help.spring_and_loss(np.array(0.5)) == pytest.approx((1.0, 0.0))
 
 
 class Coulomb:

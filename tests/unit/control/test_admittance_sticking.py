@@ -100,7 +100,7 @@ def test_the_largest_eigenvalue_of_a_joint_that_sticks_is_the_growth_of_the_law(
     assert growth(Stuck(loop, hand)) == pytest.approx(spectral_radii(loop, at)[0], abs=1.5e-3)
 
 
-@pytest.mark.parametrize("swing", [1.0, 1.3, 2.0, 6.0])
+@pytest.mark.parametrize("swing", [0.5, 1.0, 1.3, 2.0, 6.0])
 def test_spring_and_loss_are_the_first_harmonic_of_a_spring_that_slides_at_its_end(swing):
     turn = np.linspace(0, 8 * math.pi, 80_001)
     x, z, torque = swing * np.sin(turn), 0.0, []

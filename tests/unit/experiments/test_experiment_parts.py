@@ -67,7 +67,7 @@ def test_a_figure_may_be_asked_for_from_above():
 
 def outcome(title="A <b>title</b>"):
     lines = {"a": (np.arange(3), np.arange(3))}
-    picture = Picture("curve", "a caption", figures.stacked([("y [N]", lines)], "t [s]", "rotary"))
+    picture = Picture("curve", "a caption", figures.stacked([("y [N]", lines)], "rotary"))
     table = Table("cap", ("a",), (("<script>",),))
     target = Target("more <than>", Estimate(0.4, 0.01, 3), 0.5)
     numbers = {"value": np.float64(math.nan), "list": np.arange(2), "estimate": Estimate(1.0, math.nan, 2)}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from axes import MOTIONS, narrow
 
+from hw.motion import own_size
 from rtctl import pictures
 from rtctl.control.vocabulary import Fault, State, state_and_cause
 from rtctl.errors import ConfigError, DataError
@@ -16,7 +17,6 @@ from rtctl.experiments import (
     point_to_point,
     policies,
     registry,
-    sizes,
     stability_map,
     still_hand,
     tracking,
@@ -143,5 +143,5 @@ def test_a_rig_that_stopped_is_told_with_its_first_fault():
 
 
 def test_own_scales_a_carriage_alone():
-    assert sizes.own("stiffness_nm_rad", 5.0, "linear") == pytest.approx(500.0)
-    assert sizes.own("stiffness_nm_rad", 5.0, "rotary") == 5.0
+    assert own_size("stiffness_nm_rad", 5.0, "linear") == pytest.approx(500.0)
+    assert own_size("stiffness_nm_rad", 5.0, "rotary") == 5.0
