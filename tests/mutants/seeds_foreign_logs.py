@@ -447,9 +447,9 @@ SEEDS = (
     ),
     Seed(
         "a mark between thousands is read as a decimal point where commas were said",
-        "hw/playback/text_table.py",
-        'return (other if other != layout.delimiter and any(other in line for line in body) else ""), given',
-        'return "", given',
+        "hw/playback/cells.py",
+        'return (other if other != delimiter and any(other in text for text in texts) else "") + given',
+        'return "" + given',
         CELLS,
     ),
     Seed(

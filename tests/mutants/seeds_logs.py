@@ -80,8 +80,8 @@ SEEDS = (
     Seed(
         "of structures of one name the first is every one",
         "hw/playback/matlab.py",
-        '_fields(f"{own}.{field}", entry[field], found, depth - 1)',
-        '_fields(f"{own}.{field}", entries[0][field], found, depth - 1)',
+        '_fields(f"{own}.{field}", entry[field], found, spelt, depth - 1)',
+        '_fields(f"{own}.{field}", entries[0][field], found, spelt, depth - 1)',
         STRUCTURED,
     ),
     Seed(

@@ -13,7 +13,7 @@ SEEDS = (
     Seed(
         "a unit that an HDF5 file keeps beside a column is not heard",
         "hw/playback/matlab_hdf.py",
-        "return Table(reader.found, reader.units)",
+        "return Table(reader.found, units_beside(reader.found, reader.spelt, between) | reader.units)",
         "return Table(reader.found)",
         (f"{UNITS}::test_a_torque_of_which_the_file_says_another_unit_is_refused",),
     ),

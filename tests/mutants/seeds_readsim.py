@@ -42,8 +42,8 @@ SEEDS = (
     Seed(
         "the first stamp of a simulation, 0, is taken for none",
         "rtctl/recording/joint_states.py",
-        "states = [(state.stamp_ns, state) for _, state in states]",
-        "states = [(state.stamp_ns or ns, state) for ns, state in states]",
+        "states = _in_turn([(state.stamp_ns, state) for _, state in states])",
+        "states = _in_turn([(state.stamp_ns or ns, state) for ns, state in states])",
         (f"{STATES}::test_a_clock_of_a_simulation_that_begins_at_0_is_one",),
     ),
     Seed(

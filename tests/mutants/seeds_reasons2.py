@@ -18,7 +18,7 @@ SEEDS = (
     Seed(
         "a quoted delimiter below the tenth row shifts the cells behind it",
         "hw/playback/text_table.py",
-        "    if '\"' in text:\n",
+        "    if '\"' in text or len(marks) > 1:\n",
         "    if '\"' in body[0]:\n",
         (f"{CELLS}a_quoted_cell_with_the_delimiter_in_it_shifts_nothing_however_far_down_it_stands",),
     ),
