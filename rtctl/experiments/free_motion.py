@@ -182,7 +182,6 @@ def _targets(
         Target("fast sine with local force feedback: less by", fast[FEEDBACK.name], 0.88),
         Target("slow triangle with local force feedback: less by", slow[FEEDBACK.name], 0.88),
     ]
-    # the worst of all seeds: a mean would hide a hand that was fed
     worst_j = min(float(one[HIGH_MODEL.name]["hand_energy_min_j"].min()) for one in found.values())
     speed = released[HIGH_MODEL.name]  # the one that may drive a joint by itself
     return (
