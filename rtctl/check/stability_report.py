@@ -123,7 +123,7 @@ def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between,
     late, joint = lateness.of_axis(loaded, index), joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
     spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
-    return sure_damping(b, joint), late.between, spring, loop
+    return _left(b, loaded.config.axis[index], joint), late.between, spring, loop
 
 
 def examine(
@@ -196,6 +196,12 @@ def _friction(
     return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, sure
 
 
+def _left(guaranteed_nms_rad: float, axis: AxisTable, joint: Joint) -> float:
+    """Damping that no hand can cancel of what feed-forward leaves, N m s/rad."""
+    # what help takes of it, it takes at the motor: behind the spring all of b_l stays, for a hand to cancel
+    return guaranteed_nms_rad - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))
+
+
 def _figures(  # longer than 50 lines: one figure a line
     loaded: LoadedConfig,
     index: int,
@@ -208,8 +214,7 @@ def _figures(  # longer than 50 lines: one figure a line
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
-    # what help takes of it, it takes at the motor: behind the spring all of b_l stays, for a hand to cancel
-    b = guaranteed[0] - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))
+    b = _left(guaranteed[0], axis, joint)
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
     # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
     stiffer = more * k_c + spring

@@ -38,8 +38,8 @@ SEEDS = (
     Seed(
         "help takes its share of the damping behind the spring, too",
         "rtctl/check/stability_report.py",
-        "guaranteed[0] - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))",
-        "sure_damping(guaranteed[0], joint)",
+        "guaranteed_nms_rad - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))",
+        "sure_damping(guaranteed_nms_rad, joint)",
         SURE,
     ),
 )

@@ -108,17 +108,6 @@ SEEDS = (
         (f"{CHECK}::test_a_zero_that_wanders_from_run_to_run_scatters_however_quiet_each_run_is",),
     ),
     Seed(
-        "an outlier of a carriage is told in rad/s",
-        "rtctl/cli/fit_points.py",
-        """    for note in notes:
-        click.echo(words(f"warning: {note}", points.motion), err=True)
-    return kept""",
-        """    for note in notes:
-        click.echo(f"warning: {note}", err=True)
-    return kept""",
-        (f"{POINTS}::test_units_of_a_carriage_are_in_what_is_told_of_its_points",),
-    ),
-    Seed(
         "messages of a bag that overtook each other stay as they came",
         "rtctl/recording/joint_states.py",
         "if near else states",

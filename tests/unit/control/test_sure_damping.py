@@ -10,7 +10,7 @@ from law_rig import COUNT, LawRig, T
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
 from rtctl.check.law_plan import build
-from rtctl.check.stability_report import figures_alone
+from rtctl.check.stability_report import bearing, figures_alone
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.jit import compiled
 from rtctl.rig_file.config import Config, load
@@ -120,5 +120,7 @@ def test_what_help_takes_it_takes_at_the_motor(rig):
     assert taken > 0.5 * plain.total_damping_nms_rad
     left = plain.device_damping_nms_rad - taken
     assert found.device_damping_nms_rad == pytest.approx(left, abs=1e-12)
+    # the watch of a run's delay goes by the same
+    assert bearing(strong, 0)[0] == found.device_damping_nms_rad
     if rig == "mock.toml":
         assert found.device_damping_nms_rad == found.total_damping_nms_rad
