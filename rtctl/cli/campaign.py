@@ -123,12 +123,15 @@ def command(
         raise click.UsageError(f"--{chosen[0]} and --{chosen[1]} are two campaigns: one at a time")
     mode = chosen[0] if chosen else ""
     # before any rig is run
-    if trace and index is None:
-        raise click.UsageError("--trace is of one rig: give its --rig too")
     refuse_unread(
         set().union(*READ.values()) - set(READ[mode]),
         f"means nothing with --{mode}" if mode else "belongs to another campaign: --help says to which",
     )
+    if index is not None:
+        refuse_unread({"rigs", "jobs", "first"}, "means nothing with --rig: that one alone is run")
+    # after what is unread: with --still it would ask for a --rig that makes --trace no better
+    elif trace:
+        raise click.UsageError("--trace is of one rig: give its --rig too")
     bar = partial(_bar, quiet=as_json)  # standard output is one object then, and the terminal quiet
     if margins:
         text, result, broken = _margins(rigs, seed, jobs, bar)

@@ -106,7 +106,9 @@ class Ball:
 
     def step(self, handle_rad: float, dt_s: float) -> None:
         """Advance by one frame: the handle's push, rolling drag."""
-        push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
+        deep_rad = handle_rad - self.face_rad
+        # false for a NaN, which a bad sample shows: in face and speed it would stay for ever
+        push = BALL_STIFFNESS_NM_RAD * deep_rad if 0.0 < deep_rad < math.inf else 0.0
         # exact, since 60 frames a second are few for a drag that takes .13 s
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
@@ -198,8 +200,8 @@ class World:
             elif kind == "drag":
                 self._drag_rad = values[CENTER.name]
                 self._frame()
-            elif self._lease is not None:
-                # a world of the law needs no renderer: another one may have the lease
+            if kind != "drag" and self._lease is not None:
+                # no other world needs it: another renderer may have it, and the next drag begins at the joint
                 self._lease.release()
         return in_force
 

@@ -244,9 +244,10 @@ def distance(seed: int, index: int) -> float:
 
     low, high = 1.0, 1.02
     while not unstable(high):  # steps that double: most bounds are within some percent
-        low, high = high, 1 + 2 * (high - 1)
-        if high > FARTHEST:
+        if high >= FARTHEST:
             return math.inf
+        # the last one at the end itself: beyond 2.28 nothing would be looked at
+        low, high = high, min(1 + 2 * (high - 1), FARTHEST)
     # to a 64th of the last step: .03 % where the bound is within 2 %
     for _ in range(6):
         middle = 0.5 * (low + high)

@@ -1,5 +1,6 @@
 """The ball of the virtual world."""
 
+import math
 from itertools import pairwise
 
 import pytest
@@ -35,6 +36,55 @@ def test_a_ball_under_a_handle_that_stays_leaves_it_without_ever_coming_back():
     assert ball.speed_rad_s == pytest.approx(0.0, abs=1e-6)
     assert faces[-1] >= 0.2
     assert all(b >= a for a, b in pairwise(faces))
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_ball_outlives_a_bad_sample(bad):
+    ball = Ball(0.1)
+    ball.step(bad, FRAME_S)
+    assert ball == Ball(0.1)
+
+
+def test_a_drag_after_a_ball_begins_where_the_proxy_is_then():
+    class Held:
+        def __init__(self, at):
+            self.lost, self.start_rad, self.sent = "", (at,), []
+
+        def set_target(self, position_rad):
+            self.sent.append(position_rad[0])
+
+        def release(self):
+            self.lost = "released"
+
+    class Client:
+        at, leases = 0.3, ()
+
+        def status(self):
+            return {}
+
+        def lease(self):
+            self.leases = (*self.leases, Held(self.at))
+            return self.leases[-1]
+
+        def set_environment(self, _axis, kind, **values):
+            return {"environment": {"kind": kind, **values}}
+
+        def latest_state(self):
+            return self
+
+        position_rad = (0.0,)
+
+    client = Client()
+    world = World(client, {"axes": [{"name": "joint"}]})
+    try:
+        world.choose("drag", center_rad=0.3)
+        client.at = -0.4
+        world.choose("ball", center_rad=0.0)
+        assert client.leases[0].lost == "released"
+        world.choose("drag", center_rad=-0.4)
+        assert client.leases[-1].sent[0] == -0.4
+    finally:
+        world.close()
 
 
 def test_the_page_is_told_where_the_law_has_the_world():
