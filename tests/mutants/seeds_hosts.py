@@ -28,4 +28,9 @@ SEEDS = (
         ("tests/unit/host/test_gateway.py"
          "::test_an_arm_that_is_refused_is_told_to_the_journal_and_what_is_less_is_not",),
     ),
+    Seed(
+        "whoever runs from a folder called rtctl is its daemon", "rtctl/host/machine_line.py",
+        'Path(word).name in ("rtctl", "rtctl.rt")', '"rtctl" in word',
+        ("tests/unit/doctor/test_doctor_ports_held.py::test_a_port_that_another_process_holds_names_it",),
+    ),
 )  # fmt: skip
