@@ -6,14 +6,42 @@ be made harmless by itself; here it is done once for all, where everything passe
 from __future__ import annotations
 
 import io
+import os
 import re
 import sys
+from enum import IntEnum
 from typing import TextIO
 
 from hw.outside import harmless
 
 _OWN = re.compile("(\x1b\\[(?:[0-9;]*m|H|J|[0-9]{1,3}F))")
 """Colours of click, and what `monitor` and `probe` draw with: nothing a terminal could be tricked with."""
+
+
+class Grade(IntEnum):
+    """How grave a line is, as the journal counts (sd-daemon(3))."""
+
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    INFO = 6
+
+
+def graded(text: str, grade: Grade, fd: int = 2) -> str:
+    """The text for `fd`, with its grade before each line where that is the journal: `journalctl -p warning`
+    finds it. Nothing is added for a person's terminal, or for a file."""
+    if grade is Grade.INFO or not _is_journal(fd):  # what has no grade is information
+        return text
+    return "\n".join(f"<{int(grade)}>{line}" for line in text.split("\n"))
+
+
+def _is_journal(fd: int) -> bool:
+    """Whether systemd connected `fd` to its journal, and nobody led it elsewhere since (systemd.exec(5))."""
+    try:
+        found = os.fstat(fd)
+    except OSError:
+        return False
+    return os.environ.get("JOURNAL_STREAM") == f"{found.st_dev}:{found.st_ino}"
 
 
 def obeyed_by_none(text: str) -> str:

@@ -25,7 +25,7 @@ from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
-from rtctl.terminal import obey_nothing_foreign
+from rtctl.terminal import Grade, graded, obey_nothing_foreign
 
 
 class _LazyGroup(click.Group):
@@ -82,9 +82,8 @@ def report(error: RtctlError, *, as_json: bool) -> None:
         return
     from rtctl.cli.invocation import as_run
 
-    click.echo(as_run(f"rtctl: {error}"), err=True)
-    for line in faults:
-        click.echo(as_run(f"  {line}"), err=True)
+    for line in (f"rtctl: {error}", *(f"  {fault}" for fault in faults)):
+        click.echo(graded(as_run(line), Grade.ERROR), err=True)
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ import click
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
+from rtctl.terminal import Grade, graded
 
 if TYPE_CHECKING:
     from rtctl.host.supervisor import Host
@@ -99,6 +100,11 @@ def _collect_garbage() -> None:
         gc.enable()
 
 
+def _announce(text: str) -> None:
+    grade = Grade.WARNING if text.startswith("warning: ") else Grade.INFO
+    click.echo(graded(f"rtctl: {text}", grade), err=True)
+
+
 def _host(
     config: Path,
     faults: Path | None,
@@ -130,7 +136,7 @@ def _host(
         loaded,
         observers=[AutoArm()] if arm else [],
         runtime_dir=runtime_dir,
-        announce=lambda text: click.echo(f"rtctl: {text}", err=True),
+        announce=_announce,
         notices=Notices(),
         record_to=record_to,
         waiting=waiting,

@@ -41,3 +41,12 @@ def text(path: Path) -> str | None:
         return path.read_text(errors="replace").strip()
     except OSError:
         return None
+
+
+def is_rtctl(root: Path, pid: int) -> bool:
+    """Whether a process is one of rtctl, by its program or module, or by its name where that is hidden: a
+    stranger's program may lie in a folder called rtctl."""
+    folder = root / "proc" / str(pid)
+    words = (text(folder / "cmdline") or text(folder / "comm") or "").split("\0")
+    # the program, the script or module that it runs, and options of Python before that
+    return any(Path(word).name in ("rtctl", "rtctl.rt") for word in words[:4])

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hw.device_holders import command_of
-from rtctl.host.machine_line import Line, text
+from rtctl.host.machine_line import Line, is_rtctl, text
 
 _LISTENS = "0A"  # TCP_LISTEN, as /proc/net/tcp writes it (include/net/tcp_states.h)
 PORTS = 3
@@ -25,7 +25,7 @@ def gateway(root: Path, bind: str, port: int) -> Iterator[Line]:
         who = "a process of another user" if pid is None else f"{command_of(root, pid)} (pid {pid})"
         found = f"TCP port {number} is held by {who}"
         # a rig that runs is examined, too
-        if pid is not None and "rtctl" in who:
+        if pid is not None and is_rtctl(root, pid):
             yield Line("gateway", "warn", found, "nothing, if that is this rig, running; else end it")
         else:
             fix = f"end it (sudo ss -tlnp 'sport = :{number}' names it), or set another gateway.port"

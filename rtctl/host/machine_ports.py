@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hw.device_holders import holders, is_other_end
 from hw.outside import real
-from rtctl.host.machine_line import Line, text
+from rtctl.host.machine_line import Line, is_rtctl, text
 
 NOT_ROOT = "do not run rtctl as root instead"
 
@@ -98,7 +98,7 @@ def _held(root: Path, label: str, port: str) -> Iterator[Line]:
             continue
         who = f"{port} is held by {command} (pid {pid})"
         # no failure: whoever asks the doctor beside a running rig meets its own daemon
-        if "rtctl" in command:
+        if is_rtctl(root, pid):
             fix = (
                 "nothing, if that is this rig, running; else end it: Ctrl-C, or sudo systemctl stop "
                 "rtctl@NAME"

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from hw.outside import harmless
 from rtctl.host.outlet import Outlet
+from rtctl.terminal import Grade, graded
 
 PERIOD_S = 1.0
 MOST_BYTES = 512
@@ -28,13 +29,13 @@ class Notices:
         Lines not written: too many of a kind, or nobody read them."""
 
     def __init__(self, fd: int = 2, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._outlet = Outlet(fd)
+        self._fd, self._outlet = fd, Outlet(fd)
         self._clock_s = clock_s
         self._kinds: dict[str, tuple[float, int]] = {}
         self.left_out = 0
 
-    def __call__(self, kind: str, text: str) -> None:
-        """Write `text` as one line, unless one of this `kind` was written just now."""
+    def __call__(self, kind: str, text: str, grade: Grade = Grade.INFO) -> None:
+        """Write `text` as one line of this `grade`, unless one of this `kind` was written just now."""
         # a caller that makes kinds up cannot make the table grow
         if kind not in self._kinds and len(self._kinds) >= _MOST_KINDS:
             self.left_out += 1
@@ -46,12 +47,13 @@ class Notices:
             written = False
         else:
             more = f" ({held_back} more of this kind)" if held_back else ""
-            written = self._write(f"rtctl: {text}{more}")
+            written = self._write(f"rtctl: {text}{more}", grade)
             last = now
         self._kinds[kind] = (last, 0 if written else held_back + 1)
         self.left_out += not written
 
-    def _write(self, text: str) -> bool:
-        line = harmless(" ".join(text.split())).encode("utf-8", "replace")[: MOST_BYTES - 1]
+    def _write(self, text: str, grade: Grade) -> bool:
+        one_line = graded(harmless(" ".join(text.split())), grade, self._fd)
+        line = one_line.encode("utf-8", "replace")[: MOST_BYTES - 1]
         # cut by bytes: below PIPE_BUF (pipe(7)), so that a pipe takes the whole line or nothing
         return self._outlet.write(line + b"\n")

@@ -7,11 +7,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.host.notices import Notices
+from rtctl.recording.log_lines import Level, level_of
+from rtctl.terminal import Grade
 from rtctl.wire.event_words import line_of
 
 LINES_PER_S = 16
 """Most lines a second of each kind: changes of state with their faults, and the rest. What is beyond is
 counted in a later one, and stands in the event log whole."""
+
+_GRADES = {
+    Level.INFO: Grade.INFO,
+    Level.WARNING: Grade.WARNING,
+    Level.ERROR: Grade.ERROR,
+    Level.FATAL: Grade.CRITICAL,
+}
 
 
 class Speaker:
@@ -37,14 +46,23 @@ class Speaker:
         for event in events:
             if text := line_of(event):
                 decides = event["event"] in ("state", "fault") and event.get("tick") in decisive
-                self._say(text, "state" if decides else "run")
+                self._say(text, _GRADES[level_of(event)], "state" if decides else "run")
         for what, why in broken.items():
             if why != self._broken.get(what):
                 self._broken[what] = why
-                self._say(f"{what.upper()} BROKEN: {why}" if why else f"{what}: written again")
+                if why:
+                    self._say(f"{what.upper()} BROKEN: {why}", Grade.ERROR)
+                else:
+                    self._say(f"{what}: written again", Grade.INFO)
 
-    def _say(self, text: str, kind: str = "run") -> None:
+    def refused(self, op: str, why: str) -> None:
+        """Say that what a client asked for was refused: whoever comes later finds it in the journal."""
+        if self._notices is not None:
+            self._notices("refused", f"{op} refused: {why}", Grade.WARNING)
+
+    def _say(self, text: str, grade: Grade, kind: str = "run") -> None:
         if self._notices is None:
             return
-        self._notices(f"{kind} {self._lines[kind] % LINES_PER_S}", text)  # each of a kind once a second
+        # each of a kind once a second
+        self._notices(f"{kind} {self._lines[kind] % LINES_PER_S}", text, grade)
         self._lines[kind] += 1

@@ -237,6 +237,7 @@ class Host:
             zero=self.zero,
             motors=self.telemetry.motors,
             announce=self.announce,
+            refused=self.speaker.refused,
         )
         self.telemetry.commands = self.gateway.counts
         # before whatever loads the law: it would be compiled in here, and its compiler stay for good

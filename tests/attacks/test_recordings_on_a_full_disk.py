@@ -95,7 +95,7 @@ def test_a_log_or_a_recording_that_breaks_is_told_once_each_time():
     record = RunRecord.__new__(RunRecord)
     record.flight, record.recorder = Kept(), Kept()
     said = []
-    speaker = Speaker(lambda _kind, text: said.append(text))
+    speaker = Speaker(lambda _kind, text, _grade: said.append(text))
 
     def new():
         said.clear()

@@ -69,6 +69,8 @@ for kill in $kills; do
   systemctl reset-failed "$unit"; sleep 1
 done
 fact "the journal says what happened" soon journal 'loop process died'
+journal_errors() { journalctl -o cat -p err -u "$unit" | grep 'loop process died' >/dev/null; }
+fact "the journal knows that for an error" soon journal_errors
 fact "the safe stop ran through a device opened anew" soon journal 'nothing to stop'
 
 if [ "$slow" = 1 ]; then

@@ -104,6 +104,8 @@ class Gateway:
         Which motors' temperatures are warned of; None: none so far.
     announce
         Is told what a person at the terminal should know.
+    refused
+        Is told each `arm` that was refused: to whom, and why.
     clock_s
         Time that goes on whatever happens to this process, s.
 
@@ -128,11 +130,12 @@ class Gateway:
         zero: ForceZero | None = None,
         motors: TemperatureWatch | None = None,
         announce: Callable[[str], None] = lambda _text: None,
+        refused: Callable[[str, str], None] = lambda _what, _why: None,
         clock_s: Callable[[], float] = awake_s,
     ) -> None:
         self._rig = describe(rig)
         # inf: before the first turn nothing has stood still
-        self._announce, self._clock_s, self._here_s = announce, clock_s, math.inf
+        self._announce, self._refused, self._clock_s, self._here_s = announce, refused, clock_s, math.inf
         self.access = access or Access(context, endpoints)
         remote = self.access.remote
         self._requests = Requests(writer, self._rig, endpoints, latest, remote, book, friction, zero, motors)
@@ -253,6 +256,8 @@ class Gateway:
         if isinstance(outcome, Refusal):
             self.counters.refused += 1
             self.counters.forbidden += outcome.code == "forbidden"
+            if request.op == "arm":
+                self._refused("arm" if caller is None else f"arm of {caller.name}", outcome.text)
             return {**reply, "error": {"code": outcome.code, "text": outcome.text}}
         self.counters.accepted += 1
         return {**reply, "result": outcome}

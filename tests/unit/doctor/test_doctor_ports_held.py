@@ -30,6 +30,9 @@ def port(tmp_path):
         ("/usr/sbin/ModemManager", "fail", "systemctl mask --now ModemManager"),
         ("/usr/bin/brltty -b", "fail", "apt-get remove brltty"),
         ("python -m rtctl run rig.toml", "warn", "if that is this rig, running"),
+        ("python -m rtctl.rt 4 77", "warn", "if that is this rig, running"),
+        ("/opt/rtctl/.venv/bin/rtctl run rig.toml", "warn", "if that is this rig, running"),
+        ("/root/rtctl/.venv/bin/python logger.py", "fail", "kill 4242"),
     ],
 )
 def test_a_port_that_another_process_holds_names_it(port, command, status, fix):

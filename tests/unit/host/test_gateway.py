@@ -16,8 +16,11 @@ RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
 
 class Desk(GatewayDesk):
     def __init__(self, folder):
-        self.now_s, self.told = 50.0, []
-        super().__init__(folder, RIG, State.IDLE, clock_s=lambda: self.now_s, announce=self.told.append)
+        self.now_s, self.told, self.refused = 50.0, [], []
+        super().__init__(
+            folder, RIG, State.IDLE, clock_s=lambda: self.now_s, announce=self.told.append,
+            refused=lambda what, why: self.refused.append((what, why)),
+        )  # fmt: skip
 
     def serve(self, received):
         """Serve until `received` messages have come in."""
@@ -52,6 +55,18 @@ def test_dealer_and_req_clients_are_answered_in_their_own_framing(desk):
     desk.serve(3)
     delimiter, enveloped = reply(dealer)
     assert (delimiter, enveloped["id"]) == (b"", 2)
+
+
+def test_an_arm_that_is_refused_is_told_to_the_journal_and_what_is_less_is_not(desk):
+    client = desk.open()
+    client.send(msgpack.packb({"id": 1, "op": "reset"}))
+    desk.serve(1)
+    assert not reply(client)[0]["ok"]
+    client.send(msgpack.packb({"id": 2, "op": "arm", "epoch": 1}))
+    desk.serve(2)
+    why = reply(client)[0]["error"]["text"]
+    ((what, told),) = desk.refused
+    assert (what.split(":")[0], told) == ("arm of ipc", why)  # then user, group and process
 
 
 def armed(desk, stood_s):

@@ -5,6 +5,7 @@ import pytest
 
 from rtctl.host.exchange.request_rates import MOST_CLIENTS, RateLimit
 from rtctl.host.notices import MOST_BYTES, Notices
+from rtctl.terminal import Grade, graded
 
 
 class Clock:
@@ -82,3 +83,15 @@ def test_a_closed_descriptor_is_no_error():
     os.close(write)
     notices("b", "text")
     assert notices.left_out == 2
+
+
+def test_only_the_journal_is_told_the_grade_and_of_each_line(pipe, monkeypatch):
+    found = os.fstat(pipe[1])
+    notices = Notices(pipe[1])
+    monkeypatch.setenv("JOURNAL_STREAM", f"{found.st_dev}:{found.st_ino + 1}")  # stderr was led elsewhere
+    notices("a", "fault", Grade.ERROR)
+    monkeypatch.setenv("JOURNAL_STREAM", f"{found.st_dev}:{found.st_ino}")
+    notices("b", "fault", Grade.ERROR)
+    notices("c", "armed", Grade.INFO)
+    assert os.read(pipe[0], 4096) == b"rtctl: fault\n<3>rtctl: fault\nrtctl: armed\n"
+    assert graded("one\ntwo", Grade.WARNING, pipe[1]) == "<4>one\n<4>two"

@@ -1,6 +1,7 @@
 """What `rtctl run` says: a line per event and per broken file, bounded, and nothing that nobody asked for."""
 
 from rtctl.host.speaker import LINES_PER_S, Speaker
+from rtctl.terminal import Grade
 from rtctl.wire.event_words import device_line, line_of
 
 FAULT = {
@@ -13,12 +14,13 @@ class Heard:
     """Notices of one second."""
 
     def __init__(self):
-        self.lines, self.kinds = [], set()
+        self.lines, self.grades, self.kinds = [], [], set()
 
-    def __call__(self, kind, text):
+    def __call__(self, kind, text, grade):
         if kind not in self.kinds:
             self.kinds.add(kind)
             self.lines.append(text)
+            self.grades.append(grade)
 
 
 def test_changes_of_state_and_faults_with_axis_cause_and_remedy_are_said():
@@ -29,6 +31,17 @@ def test_changes_of_state_and_faults_with_axis_cause_and_remedy_are_said():
         "fault DEVICE (axis tip, device[0] 'drive'): node 2: DC_BUS_UNDER_VOLTAGE: see its manual",
         "ACTIVE -> FAULT: DEVICE",
     ]
+
+
+def test_the_journal_is_told_how_grave_a_line_is():
+    heard = Heard()
+    speaker = Speaker(heard)
+    states = [{"event": "state", "from": "ACTIVE", "to": to, "cause": ""} for to in ("STOPPING", "LOCKOUT")]
+    speaker.tell([FAULT, *states], {"recording": "no space left"})
+    speaker.refused("arm of anna", "hands off")
+    expected = [Grade.ERROR, Grade.INFO, Grade.CRITICAL, Grade.ERROR, Grade.WARNING]
+    assert heard.grades == expected, heard.lines
+    assert heard.lines[-1] == "arm of anna refused: hands off"
 
 
 def test_a_recording_that_breaks_and_one_that_is_written_again_are_said_once():
