@@ -1,0 +1,39 @@
+"""Seeded bugs of what was left in the daemon and its devices: what is not told, or ends too much."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+RELOAD = "tests/unit/host/test_reload.py::test_"
+TELEMETRY = "tests/unit/test_broken_telemetry.py::test_"
+
+SEEDS = (
+    Seed(
+        "a schedule of faults of another content is no change to a reload",
+        "rtctl/host/reload.py",
+        'if option == "faults" else',
+        'if option == "file" else',
+        (f"{RELOAD}a_schedule_of_faults_of_another_content_is_told",),
+    ),
+    Seed(
+        "a reload reads the rig file without the schedule that the daemon was given",
+        "rtctl/rig_file/config.py",
+        "script=None if script is None else real(script),",
+        "script=None,",
+        (f"{RELOAD}a_schedule_of_faults_of_another_content_is_told",),
+    ),
+    Seed(
+        "a fault table is refused for its keys alone",
+        "hw/fault_options.py",
+        "told += [{",
+        "told = told or [{",
+        ("tests/unit/hw/test_fault_options.py::test_all_that_is_wrong_with_one_fault_is_told_at_once",),
+    ),
+    Seed(
+        "an event without what is shown of it is handed out",
+        "rtctl/client/streams.py",
+        "            line_of(event)\n            FaultPlaces().take_event(event)\n",
+        "            pass\n",
+        (f"{TELEMETRY}a_malformed_message_is_a_named_error_and_the_stream_goes_on",),
+    ),
+)
