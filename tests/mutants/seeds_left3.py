@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 RELOAD = "tests/unit/host/test_reload.py::test_"
+VIEW = "tests/unit/host/test_view_process.py::test_"
 TELEMETRY = "tests/unit/test_broken_telemetry.py::test_"
 
 SEEDS = (
@@ -35,5 +36,19 @@ SEEDS = (
         "            line_of(event)\n            FaultPlaces().take_event(event)\n",
         "            pass\n",
         (f"{TELEMETRY}a_malformed_message_is_a_named_error_and_the_stream_goes_on",),
+    ),
+    Seed(
+        "of two rigs with one port the second tells the page of the first as its own",
+        "rtctl/host/view_process.py",
+        "        if self._listening is None:\n            return []\n",
+        "",
+        (f"{VIEW}of_two_rigs_with_one_port_the_second_tells_no_address_until_it_is_its_own",),
+    ),
+    Seed(
+        "who presses STOP on a page that has died waits",
+        "rtctl/host/view_process.py",
+        "        self._process = None\n        self._refuse()\n",
+        "        self._process = None\n",
+        (f"{VIEW}where_no_page_answers_nobody_waits",),
     ),
 )
