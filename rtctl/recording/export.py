@@ -218,8 +218,8 @@ def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progr
         parts.close({"reason": "exported"})
         if not parts.files:
             raise DataError(
-                f"{reader.parts[0]}: has no tick, and an MCAP file would have no message; --to npz, parquet or "
-                "csv writes its columns without a row"
+                f"{reader.parts[0]}: has no tick, and an MCAP file would have no message; --to npz, parquet "
+                "or csv writes its columns without a row"
             )
         parts.files[0].rename(path)
     return parts.written

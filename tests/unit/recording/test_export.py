@@ -139,7 +139,7 @@ def test_a_recording_without_a_tick_becomes_a_sound_file_with_all_columns(record
     export(reader, "npz", tmp_path / "r.npz", fields)
     with np.load(tmp_path / "r.npz") as found:
         assert found["position_rad"].shape == (0, 2)
-    with pytest.raises(DataError, match="no tick.*--to npz"):  # a recording has ticks
+    with pytest.raises(DataError, match=r"no tick.*--to npz"):  # a recording has ticks
         export(reader, "mcap", tmp_path / "r.mcap")
     assert not (tmp_path / "r.mcap").exists()
 
