@@ -6,6 +6,7 @@ from seed import Seed
 
 RELOAD = "tests/unit/host/test_reload.py::test_"
 VIEW = "tests/unit/host/test_view_process.py::test_"
+SAFE = "tests/unit/host/test_safe_stop.py::test_"
 TELEMETRY = "tests/unit/test_broken_telemetry.py::test_"
 
 SEEDS = (
@@ -50,5 +51,28 @@ SEEDS = (
         "        self._process = None\n        self._refuse()\n",
         "        self._process = None\n",
         (f"{VIEW}where_no_page_answers_nobody_waits",),
+    ),
+    Seed(
+        "a drive on a bus is not told by a host whose loop has died or stands still",
+        "hw/can/backend.py",
+        '        tell_afresh(self._options["bus"], self._noted or [])\n',
+        "",
+        (f"{SAFE}a_drive_on_a_bus_is_told_before_its_bus_is_opened_whole",),
+    ),
+    Seed(
+        "the last number of a stop is sent five times",
+        "hw/can/stopping.py",
+        "        noted = self.outgoing(0, frame.length)\n        noted.buffer[:] = frame.buffer\n",
+        "        noted = frame\n",
+        (f"{SAFE}a_drive_on_a_bus_is_told_before_its_bus_is_opened_whole",),
+    ),
+    Seed(
+        "a device that could not be closed after another one's opening failed is not told",
+        "hw/rig.py",
+        "            if raised is None:\n",
+        "            if raised is not None:\n",
+        (
+            "tests/unit/hw/test_rig_time_and_loss.py::test_when_one_cannot_be_opened_the_others_are_closed_again",
+        ),
     ),
 )
