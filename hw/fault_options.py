@@ -12,6 +12,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
     field_validator,
@@ -19,7 +20,7 @@ from pydantic import (
 )
 
 from hw.channels import READ_ORDER, places
-from hw.fault_kinds import KINDS, Channel
+from hw.fault_kinds import KINDS, Channel, Kind
 from hw.option_tables import Table
 from hw.outside import read_toml, real
 from hw.plain_words import explain
@@ -54,55 +55,73 @@ class FaultOptions(Table):
     probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
     value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _kind_and_value(cls, table: object) -> object:
-        if not isinstance(table, Mapping):
-            return table
-        channel, name = table.get("channel"), table.get("kind")
-        if not isinstance(channel, str) or not isinstance(name, str):
-            return table
-        if (channel, name) not in KINDS:
-            raise ValueError(_no_such_kind(channel, name))
-        kind, value = KINDS[channel, name], table.get("value")
-        if value is None:
-            # no size is meant by itself: whoever scripts a jump says how far
-            if kind.default is None:
-                msg = f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
-                raise ValueError(msg)
-            return {**table, "value": kind.default}
-        if isinstance(value, int | float) and not kind.low <= value <= kind.high:
-            bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
-            msg = f"value: {value} of {channel} {name}: {bound}"
-            raise ValueError(msg)
-        return table
+    def _all_at_once(
+        cls, table: object, handler: ModelWrapValidatorHandler[FaultOptions], info: ValidationInfo
+    ) -> FaultOptions:
+        """Refuse a table for all that is wrong with it: keys, bounds and contradictions."""
+        wrong = _contradictions(table, info.context or {}) if isinstance(table, Mapping) else []
+        told: list[Any] = []
+        try:
+            made = handler(_with_value(table) if isinstance(table, Mapping) else table)
+        except ValidationError as error:
+            told = error.errors(include_url=False)
+        if not told and not wrong:
+            return made
+        told += [{"type": "value_error", "input": table, "ctx": {"error": ValueError(one)}} for one in wrong]
+        raise ValidationError.from_exception_data(cls.__name__, told)
 
-    @model_validator(mode="after")
-    def _times(self, info: ValidationInfo) -> FaultOptions:
-        for first, second in (("at_s", "at_tick"), ("for_s", "for_ticks")):
-            if (getattr(self, first) is None) == (getattr(self, second) is None):
-                never = "; 0 is for ever" if first == "for_s" else ""
-                msg = f"{first}, {second}: give one of the two{never}"
-                raise ValueError(msg)
-        if self.every_s is not None and self.every_ticks is not None:
-            msg = "every_s, every_ticks: give one of the two, or none"
-            raise ValueError(msg)
-        if (self.every_s or self.every_ticks) and not (self.for_s or self.for_ticks):
-            msg = "every: a fault that is due for ever cannot come again; give for_s or for_ticks"
-            raise ValueError(msg)
-        self._fits(info.context or {})
-        return self
 
-    def _fits(self, rig: Mapping[str, Any]) -> None:
-        """Check what only the rig file can tell, where its facts are given."""
-        kind = KINDS[self.channel, self.kind]
-        axes = places(self.channel, rig.get("n_axes", MAX_AXES))
-        if self.axis is not None and self.axis >= axes:
-            msg = f"axis: {self.axis} is not there; must be below {axes}"
-            raise ValueError(msg)
-        if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":
-            msg = 'channel loop: nothing stalls on a virtual clock; set [loop] clock = "wall"'
-            raise ValueError(msg)
+def _with_value(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The table with the default value of its kind, where it gives none."""
+    found = _kind_of(table)
+    default = found.default if found is not None and table.get("value") is None else None
+    return dict(table) if default is None else {**table, "value": default}
+
+
+def _kind_of(table: Mapping[str, Any]) -> Kind | None:
+    channel, name = table.get("channel"), table.get("kind")
+    if not isinstance(channel, str) or not isinstance(name, str):
+        return None
+    return KINDS.get((channel, name))
+
+
+def _contradictions(table: Mapping[str, Any], rig: Mapping[str, Any]) -> list[str]:
+    """What no key by itself shows, of a table that may be anything."""
+    channel, name = table.get("channel"), table.get("kind")
+    kind = _kind_of(table)
+    wrong = _of_kind(table, kind, rig) if kind is not None else []
+    if kind is None and isinstance(channel, str) and isinstance(name, str):
+        wrong.append(_no_such_kind(channel, name))
+    for first, second in (("at_s", "at_tick"), ("for_s", "for_ticks")):
+        if (table.get(first) is None) == (table.get(second) is None):
+            never = "; 0 is for ever" if first == "for_s" else ""
+            wrong.append(f"{first}, {second}: give one of the two{never}")
+    if table.get("every_s") is not None and table.get("every_ticks") is not None:
+        wrong.append("every_s, every_ticks: give one of the two, or none")
+    lasts = [table[key] for key in ("for_s", "for_ticks") if table.get(key) is not None]
+    if (table.get("every_s") or table.get("every_ticks")) and lasts and not any(lasts):
+        wrong.append("every: a fault that is due for ever cannot come again; give for_s or for_ticks")
+    return wrong
+
+
+def _of_kind(table: Mapping[str, Any], kind: Kind, rig: Mapping[str, Any]) -> list[str]:
+    """What does not fit the kind, or the rig, whose facts are checked where they are given."""
+    channel, name, value, axis = (table.get(key) for key in ("channel", "kind", "value", "axis"))
+    wrong = []
+    # no size is meant by itself: whoever scripts a jump says how far
+    if value is None and kind.default is None:
+        wrong.append(f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}")
+    if isinstance(value, int | float) and not kind.low <= value <= kind.high:
+        bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
+        wrong.append(f"value: {value} of {channel} {name}: {bound}")
+    axes = places(str(channel), rig.get("n_axes", MAX_AXES))
+    if isinstance(axis, int) and axes <= axis < MAX_AXES:  # beyond, its own bound is told
+        wrong.append(f"axis: {axis} is not there; must be below {axes}")
+    if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":
+        wrong.append('channel loop: nothing stalls on a virtual clock; set [loop] clock = "wall"')
+    return wrong
 
 
 def _no_such_kind(channel: str, name: str) -> str:

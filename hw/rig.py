@@ -22,7 +22,7 @@ from hw.channels import READ_ORDER
 from hw.every_device import reach_all
 from hw.interface import Backend, BackendError, CountingBackend, LinkFault, Rig
 from hw.member import Member
-from hw.refusals import words_of
+from hw.refusals import raised_by, words_of
 from hw.rig_device import Device, Said, words_of_device
 from hw.rig_words import subset
 
@@ -66,13 +66,16 @@ class Composite:
         self._count = self._slot = 0
 
     def open(self) -> None:
-        """Open every device; when one cannot be opened, close the others. Raises BackendError naming it."""
+        """Open every device; when one cannot be opened, close the others. Raises BackendError naming it, and
+        those that could not be closed."""
         try:
             for device in self._devices:
                 device.open()
-        except Exception:  # whatever it was: the others are not left open
-            reach_all([device.backend.close for device in self._devices])
-            raise
+        except Exception as error:  # whatever it was: the others are not left open
+            raised = raised_by(self.close)
+            if raised is None:
+                raise
+            raise BackendError(f"{words_of(error)}; closing the others: {words_of(raised)}") from error
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Have the devices compile (or load) what they call, for their own ticks; changes nothing."""

@@ -9,6 +9,8 @@ import io
 import os
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import IntEnum
 from typing import TextIO
 
@@ -49,14 +51,41 @@ def obeyed_by_none(text: str) -> str:
     return "".join(part if _OWN.fullmatch(part) else harmless(part) for part in _OWN.split(text))
 
 
+class NobodyReadsError(BrokenPipeError):
+    """Whoever read standard output or standard error has ended, as `head` does once it has its lines.
+
+    It has no `errno`: click makes 1 of a broken pipe, whosever it is."""
+
+
 class Harmless(io.TextIOWrapper):
     """A text stream that spells out every control character but layout and colours."""
 
     def write(self, text: str) -> int:
-        """Write; returns the number of characters given."""
-        # of what was given, not of what came of it: who counts compares with its own text
-        super().write(obeyed_by_none(text))
+        """Write; returns the number of characters given. Raises NobodyReadsError."""
+        with _read_by_somebody():
+            # of what was given, not of what came of it: who counts compares with its own text
+            super().write(obeyed_by_none(text))
         return len(text)
+
+    def flush(self) -> None:
+        """Write what is kept. Raises NobodyReadsError."""
+        with _read_by_somebody():
+            super().flush()
+
+
+@contextmanager
+def _read_by_somebody() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError as error:
+        raise NobodyReadsError("nobody reads what is written") from error
+
+
+def write_for_nobody() -> None:
+    """What is still unwritten, and whatever comes, goes nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for number in (1, 2):
+        os.dup2(nowhere, number)
 
 
 def obey_nothing_foreign() -> None:

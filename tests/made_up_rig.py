@@ -15,7 +15,8 @@ HELLO = {"rig": "made-up", "rate_hz": 1000.0, "axes": [{"name": "yaw"}, {"name":
 
 
 class Stream:
-    """As of the client; `patience_s`: None comes as soon as this, so that closing takes no time."""
+    """As of the client; `patience_s`: None comes as soon as this, so that closing takes no time. An exception
+    among the items is raised."""
 
     def __init__(self, items, patience_s=0.05):
         self.items, self.patience_s = items, patience_s
@@ -28,9 +29,12 @@ class Stream:
 
     def receive(self, timeout_s):
         try:
-            return self.items.get(timeout=min(timeout_s, self.patience_s))
+            item = self.items.get(timeout=min(timeout_s, self.patience_s))
         except queue.Empty:
             return None
+        if isinstance(item, Exception):
+            raise item
+        return item
 
 
 class Rig:

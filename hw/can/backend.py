@@ -5,7 +5,6 @@ of it has arrived since the last one; `write` sends every command. Nothing here 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +13,12 @@ import numpy as np
 from hw.can.bus import SILENT_TICKS, UNKNOWN_AGE_TICKS, Bus, Handler, SteadyBus, require
 from hw.can.open_bus import open_bus
 from hw.can.sample import Sample
+from hw.can.stopping import noted, tell, tell_afresh
 from hw.channels import COMMAND_FIELDS, QUANTITIES
 from hw.interface import CompiledCycle, LinkFault, LinkLost, Options, Rig
 
-# ten frames, the usual queue of an interface, are gone after 1.4 ms at 1 Mbit/s and 14 ms at 100 kbit/s
-STOP_S = 0.02
-"""How long `stop` keeps trying when the queue of the interface is full."""
-
 if TYPE_CHECKING:
+    from hw.can.raw import RawFrame
     from hw.can.steady import Steady
     from hw.can.steady_records import Command, Frame
 
@@ -52,9 +49,13 @@ class CanBackend:
         self.taken = Sample(rig.n_axes)
         self._steady: Steady | None = None
         self.command_words: dict[str, int] = {}
+        self._noted: list[RawFrame] | None = None
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         """Make every device ready; returns all handlers. Raises BackendError."""
+        raise NotImplementedError
+
+    def _make_frames(self, bus: Bus) -> None:
         raise NotImplementedError
 
     def _prime(self, bus: Bus) -> None:
@@ -272,29 +273,27 @@ class CanBackend:
             **{f"bus_{name}": n for name, n in health.items()},
         }
 
+    def prepare_stop(self) -> None:
+        """See `PreparedStop`: the frames of a stop, for a bus that is not open here."""
+        self._noted = noted(self._options["bus"], self._make_frames, self._stop)
+
     def stop(self) -> None:
-        """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot
-        raise."""
+        """Every actuator torque-free now (`stopping.tell`); where the bus is not open, by one that is opened
+        for it, if that is quick. Cannot raise."""
+        bus = self.bus
+        if bus is not None:
+            self._take_back()
+            tell(bus, lambda: self._stop(bus))
+            return
+        if self._noted is None:
+            self.prepare_stop()
+        tell_afresh(self._options["bus"], self._noted or [])
+
+    def close(self) -> None:
+        """Stop and release the bus, if it is open."""
         bus = self.bus
         if bus is None:
             return
-        self._take_back()
-        deadline = time.monotonic() + STOP_S
-        while True:
-            refused = bus.health.counts["tx_refused"]
-            try:
-                self._stop(bus)
-            except LinkLost:
-                return
-            # nothing more was refused: every stop frame is the interface's
-            if bus.health.counts["tx_refused"] == refused or time.monotonic() > deadline:
-                return
-            bus.discard()
-            time.sleep(5e-4)
-
-    def close(self) -> None:
-        """Stop and release the bus."""
         self.stop()
-        bus, self.bus, self._tick = self.bus, None, None
-        if bus is not None:
-            bus.close()
+        self.bus = self._tick = None
+        bus.close()

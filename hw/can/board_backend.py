@@ -104,18 +104,22 @@ class BoardBackend(CanBackend):
         self._on = False
         self._armed = [armed for frame in self._received for armed in frame.armed]
 
-    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+    def _make_frames(self, bus: Bus) -> None:
         options = self._options
-        # frames of a connection before are no sample of this one
-        self.sample.fresh = 0
-        for frame in self._received:
-            frame.forget()
         # none before the first connection
         pairs = zip_longest(options["send"], self._sent)
         self._sent = [SentFrame(table, self._rig, bus, before) for table, before in pairs]
         self._start, self._poll, self._halt = (
             fixed(options.get(name, ()), bus) for name in ("start", "poll", "stop")
         )
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        options = self._options
+        # frames of a connection before are no sample of this one
+        self.sample.fresh = 0
+        for frame in self._received:
+            frame.forget()
+        self._make_frames(bus)
         # one handler for an identifier: the bus calls one, however many tables want its frames
         found = handlers(options["receive"], self._received)
         bus.subscribe(found)

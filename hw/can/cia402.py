@@ -212,14 +212,18 @@ class Cia402Axis:
         if length >= 2:
             self.emergency = buffer[offset] | buffer[offset + 1] << 8
 
-    def set_up(self, bus: Bus) -> None:
-        """Configure by SDO, start the node, hear its first TPDO. Blocks; before the loop only."""
-        from hw.can.cia402_setup import configure
-
+    def make_frames(self, bus: Bus) -> None:
+        """See Drive."""
         self._command = bus.outgoing(RPDO1 + self.node, COMMAND.size)
         self._sync = bus.outgoing(SYNC, 0)
         # what the first RPDO says that the drive obeys, whatever was in it before a re-plug
         self._set(SHUT_DOWN, 0)
+
+    def set_up(self, bus: Bus) -> None:
+        """Configure by SDO, start the node, hear its first TPDO. Blocks; before the loop only."""
+        from hw.can.cia402_setup import configure
+
+        self.make_frames(bus)
         found = configure(bus, self.node, self._table, self._options, self._period_s)
         self._torque_rated_nm, current_a, self.identity = found
         if current_a is None:  # its full scale is the current that gives the rated torque

@@ -26,6 +26,9 @@ class Drive(Protocol):
     def handlers(self) -> Mapping[int, Handler]:
         """Handler of each frame that the drive sends, by identifier."""
 
+    def make_frames(self, bus: Bus) -> None:
+        """Make what is sent to it, for this bus."""
+
     def set_up(self, bus: Bus) -> None:
         """Make it ready, disarmed, and hear it. May block. Raises BackendError."""
 
@@ -92,6 +95,10 @@ class DriveBackend(CanBackend):
             bus.subscribe(everything)  # each time: the set-up of a CiA 402 drive hears that one alone
             drive.set_up(bus)
         return everything
+
+    def _make_frames(self, bus: Bus) -> None:
+        for drive in self.drives:
+            drive.make_frames(bus)
 
     def _prime(self, bus: Bus) -> None:
         for drive in self.drives:

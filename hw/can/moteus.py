@@ -143,9 +143,8 @@ class MoteusAxis:
         self.identity = struct.pack("<3I", *words)
         return True
 
-    def set_up(self, bus: Bus) -> None:
-        """Stop it, learn its serial number and state. Blocks; before the loop only."""
-        self.identity = b""
+    def make_frames(self, bus: Bus) -> None:
+        """See Drive."""
         to = command_id(self.node, self._source)
         self._command, self._stop = (
             bus.outgoing(to, len(command_frame())),
@@ -153,7 +152,12 @@ class MoteusAxis:
         )
         for frame, content in ((self._command, command_frame()), (self._stop, stop_frame())):
             frame.buffer[frame.offset : frame.offset + frame.length] = content
-        ask = bus.outgoing(to, 8)
+
+    def set_up(self, bus: Bus) -> None:
+        """Stop it, learn its serial number and state. Blocks; before the loop only."""
+        self.make_frames(bus)
+        self.identity = b""
+        ask = bus.outgoing(command_id(self.node, self._source), 8)
         # 0x1B: read three int32; 0xA0 0x02: from register 0x120, the serial number, as varuint
         ask.buffer[ask.offset : ask.offset + 8] = bytes([0x1B, 0xA0, 0x02]).ljust(8, bytes([NOP]))
         # once and no more: firmware that does not tell it is no fault, it is only not known again

@@ -174,7 +174,7 @@ class OdriveAxis:
 
     def set_up(self, bus: Bus) -> None:
         """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks."""
-        self._make_frames(bus)
+        self.make_frames(bus)
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
         for frame in (self._out.ask_version, self._out.mode, self._out.clear):
@@ -230,7 +230,8 @@ class OdriveAxis:
         both = self._encoder_bit | self._iq_bit
         return self._sample.fresh & both == both
 
-    def _make_frames(self, bus: Bus) -> None:
+    def make_frames(self, bus: Bus) -> None:
+        """See Drive."""
         self._out = OdriveFrames(bus, self.node, remote=self._remote)
 
     def write(self, bus: Bus, current_a: float, enabled: bool) -> None:

@@ -25,7 +25,7 @@ from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
-from rtctl.terminal import Grade, graded, obey_nothing_foreign
+from rtctl.terminal import Grade, NobodyReadsError, graded, obey_nothing_foreign, write_for_nobody
 
 
 class _LazyGroup(click.Group):
@@ -58,7 +58,7 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
     "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
-    "14 recording broken, 1 anything else.",
+    "14 recording broken, 141 nobody reads the output, 1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:
@@ -136,7 +136,16 @@ def _unraisable(what: sys.UnraisableHookArgs) -> None:
 
 def _exit_code() -> int:
     try:
+        return _outcome()
+    except NobodyReadsError:
+        write_for_nobody()
+        return 128 + signal.SIGPIPE  # as a shell tells of any program that its reader has left
+
+
+def _outcome() -> int:
+    try:
         cli.main(standalone_mode=False)
+        sys.stdout.flush()
     except RtctlError as error:
         report(error, as_json="--json" in sys.argv)  # no options were parsed where parsing failed
         return error.exit_code
@@ -154,6 +163,8 @@ def _exit_code() -> int:
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     except (click.Abort, KeyboardInterrupt):
         return _interrupted()
+    except NobodyReadsError:
+        raise
     except OSError as error:
         if error.errno == errno.ENOSPC and not error.filename:  # an error of a stream names no file
             click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)

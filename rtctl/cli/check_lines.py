@@ -82,8 +82,8 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
         (
             "recommended coupling",
-            f"{axis.recommended_stiffness_nm_rad:.4g} N m/rad",
-            f"with b_c = {axis.recommended_damping_nms_rad:.3g} N m s/rad",
+            f"{down(axis.recommended_stiffness_nm_rad)} N m/rad",
+            f"with b_c = {down(axis.recommended_damping_nms_rad)} N m s/rad",
         ),
         (
             "ring on the coupling, hand off",

@@ -43,6 +43,8 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
 
     if loaded is None:
         return
+    if loaded.config.n_axes > 1:  # points do not say whose they are
+        click.echo("\nfor each axis, as if the points were its own: take the lines of the one they are of")
     for axis in _axes(model, loaded):
         # not `<= 0`: a NaN is no friction to compensate
         if not (model.friction_min_nm > 0).all():

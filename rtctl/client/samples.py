@@ -144,7 +144,11 @@ def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
     try:
         columns = message["columns"]
         # by a column that every tick has: its second dimension is the axes
-        rows = np.zeros(int(message["rows"]), tick_dtype(columns["position_rad"]["shape"][1]))
+        position, n = columns["position_rad"], int(message["rows"])
+        axes = position["shape"][1]
+        if n * axes > len(position["data"]):  # before room is made for what did not come
+            raise ValueError(f"{n} rows of {axes} axes in {len(position['data'])} bytes")
+        rows = np.zeros(n, tick_dtype(axes))
         fill(rows, columns)
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise ClientError(

@@ -15,6 +15,8 @@ import zmq
 from rtctl.client.connection import Connection
 from rtctl.client.samples import RigState, rig_state, tick_rows
 from rtctl.errors import ClientError, NoReplyError
+from rtctl.wire.event_words import device_line, line_of
+from rtctl.wire.fault_names import FaultPlaces
 from rtctl.wire.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS
 
 Item = TypeVar("Item")
@@ -115,21 +117,24 @@ class Stream(Generic[Item]):
 
     def _take(self, payload: bytes) -> None:
         try:
-            items = self._items(msgpack.unpackb(payload))
-        except (KeyError, TypeError, ValueError, msgpack.UnpackException) as error:
+            for item in self._items(msgpack.unpackb(payload)):
+                self._count(*item)
+        except (AttributeError, KeyError, TypeError, ValueError, msgpack.UnpackException) as error:
             raise ClientError(
                 f"telemetry this client cannot read ({error!r}); is the daemon another version?"
             ) from error
-        for session, first, count, item in items:
-            if session != self._session:
-                # the first session that is seen is no restart
-                self.restarts += self._session is not None
-                self._session = session
-            # numbers only rise within a session; of a new one nothing is known to be lost
-            elif first > self._expected:
-                self.lost += first - self._expected
-            self._expected = first + count
-            self._waiting.append(item)
+
+    def _count(self, session: int, first: int, count: int, item: Item) -> None:
+        end = first + count  # before anything is noted: numbers that are none raise
+        if session != self._session:
+            # the first session that is seen is no restart
+            self.restarts += self._session is not None
+            self._session = session
+        # numbers only rise within a session; of a new one nothing is known to be lost
+        elif first > self._expected:
+            self.lost += first - self._expected
+        self._expected = end
+        self._waiting.append(item)
 
 
 class OtherClock:
@@ -182,8 +187,8 @@ def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:
 
     def items(message: dict[str, Any]) -> list[tuple[int, int, int, np.ndarray]]:
         rows = tick_rows(message)
-        # by rows, not by messages: each tick counts
-        return [(message["session"], message["row"], len(rows), rows)]
+        # by rows, not by messages: each tick counts; and who takes a batch looks at its last tick
+        return [(message["session"], message["row"], len(rows), rows)] if len(rows) else []
 
     return Stream(connection, TOPIC_TICKS, items, timeout_s)
 
@@ -192,6 +197,10 @@ def event_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, A
     """Events, as the maps of the protocol."""
 
     def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, dict[str, Any]]]:
+        # what is shown of an event, and where faults come from: raises for what neither can be read of
+        for event in message:
+            line_of(event)
+            FaultPlaces().take_event(event)
         return [(event["session"], event["sequence"], 1, event) for event in message]
 
     return Stream(connection, TOPIC_EVENT, items, timeout_s)
@@ -201,6 +210,12 @@ def health_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, 
     """Health, as the map of the protocol."""
 
     def items(message: dict[str, Any]) -> list[tuple[int, int, int, dict[str, Any]]]:
+        # likewise
+        FaultPlaces().take_health(message)
+        for voice in message.get("devices", []):
+            device_line(voice)
+        for warning in message.get("warnings", []):
+            warning["name"]
         return [(message["session"], message["sequence"], 1, message)]
 
     return Stream(connection, TOPIC_HEALTH, items, timeout_s)

@@ -6,9 +6,9 @@ The view ends with its input, that is with the daemon. `rtctl view` is the same 
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
+import socket
 import sys
 import threading
 from io import RawIOBase
@@ -34,16 +34,24 @@ def main(orders: RawIOBase) -> int:
         with RigClient(endpoints=endpoints_in(Path(order["folder"]))) as client:
             server = _connect(client, order)
             server.serve_forever(poll_interval=0.5)
-    except OSError as error:
-        # whoever opens that address sees, and stops, another rig
-        other = "; what answers there is not this rig: give it another [view] port"
-        taken = other if error.errno == errno.EADDRINUSE else ""
-        sys.stderr.write(f"cannot listen on {order['host']}:{order['port']}: {error.strerror}{taken}\n")
-        return 1
     except RtctlError as error:
         sys.stderr.write(f"{error}\n")
         return 1
     return 0
+
+
+class Inherited(ViewServer):
+    """The page's server, at an address where the daemon listens already."""
+
+    def __init__(self, client: RigClient, listening: socket.socket, key: str) -> None:
+        self._listening = listening
+        host, port = listening.getsockname()
+        super().__init__(client, host, port, key)
+
+    def server_bind(self) -> None:
+        """Take what listens in place of a socket of one's own."""
+        self.socket.close()
+        self.socket, self.server_address = self._listening, self._listening.getsockname()
 
 
 def step_back(avoid_core: int) -> None:
@@ -65,11 +73,12 @@ def _end_with(orders: RawIOBase) -> None:
 
 
 def _connect(client: RigClient, order: dict[str, str | int]) -> ViewServer:
-    """The server, once the daemon answers."""
+    """The server, once the daemon answers, at the address where that listens."""
+    listening = socket.socket(fileno=int(order["listening"]))
     while True:
         # `hello` itself waits for the daemon: this does not spin
         with contextlib.suppress(NoReplyError):
-            return ViewServer(client, str(order["host"]), int(order["port"]), str(order["key"]))
+            return Inherited(client, listening, str(order["key"]))
 
 
 if __name__ == "__main__":

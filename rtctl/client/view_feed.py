@@ -10,7 +10,6 @@ import math
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -111,7 +110,9 @@ class Feed:
     silent
         Why there is no telemetry; empty while there is.
     places
-        Where faults come from."""
+        Where faults come from.
+    unread
+        Why the newest events or the newest health could not be read; "" while they can."""
 
     def __init__(self, client: RigClient) -> None:
         self._client = client
@@ -122,6 +123,7 @@ class Feed:
         self.health: dict[str, Any] = {}
         self.newest: np.ndarray | None = None
         self.places = FaultPlaces()
+        self.unread = {"events": "", "health": ""}
         self._histograms: dict[str, Histogram] = {}
         self._begin()
         self._threads = [
@@ -203,7 +205,7 @@ class Feed:
     def _events(self) -> None:
         with self._client.events() as stream:
             while not self._closed.is_set():
-                event = _readable(stream)
+                event = self._readable(stream, "events")
                 # none within the time, or one that cannot be read
                 if event is not None:
                     self.places.take_event(event)
@@ -214,16 +216,20 @@ class Feed:
     def _health(self) -> None:
         with self._client.health() as stream:
             while not self._closed.is_set():
-                self.health = _readable(stream) or self.health
+                self.health = self._readable(stream, "health") or self.health
                 self.places.take_health(self.health)
 
-
-def _readable(stream: Stream[dict[str, Any]]) -> dict[str, Any] | None:
-    """The next message; None for one that cannot be read, of a daemon of another version: its ticks say so to
-    who looks, and the messages after it count."""
-    with suppress(ClientError):
-        return stream.receive(0.5)
-    return None
+    def _readable(self, stream: Stream[dict[str, Any]], topic: str) -> dict[str, Any] | None:
+        """The next message; None for one that cannot be read, as of a daemon of another version, which is
+        told: the messages after it count."""
+        message, why = None, ""
+        try:
+            message = stream.receive(0.5)
+        except ClientError as error:
+            why = str(error)
+        if message is not None or why:  # silence does not mend what was said
+            self.unread[topic] = why
+        return message
 
 
 def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> dict[str, list[float | None]]:

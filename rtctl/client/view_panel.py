@@ -82,7 +82,7 @@ def status(feed: Feed, world: World, motion: str = "rotary") -> dict[str, Any]:
     health, rows = feed.health, feed.newest
     out: dict[str, Any] = {"silent": feed.silent, "silent_s": feed.silent_s}
     # before any tick, too: the world and the last health are known without one
-    out |= {"health": health, "world": world.describe()}
+    out |= {"health": health, "unread": feed.unread, "world": world.describe()}
     if rows is None:
         return out
     row = rows[0]  # the newest alone

@@ -14,7 +14,7 @@ import numpy as np
 from rtctl.check import law_plan as planning
 from rtctl.control.vocabulary import State
 from rtctl.errors import RtctlError
-from rtctl.rig_file.config import Config, load
+from rtctl.rig_file.config import Config, LoadedConfig, load
 
 if TYPE_CHECKING:
     from rtctl.host.supervisor import Host
@@ -76,7 +76,7 @@ def reload(host: Host) -> None:
 
 def _take_over(host: Host) -> None:
     try:
-        read = load(host.loaded.path)
+        read = load(host.loaded.path, host.loaded.script)
         fresh = planning.build(read)  # proved and planned whole before anything is taken over
     except RtctlError as error:
         for line in (f"reload: refused: {error}", *getattr(error, "faults", ())):
@@ -84,6 +84,7 @@ def _take_over(host: Host) -> None:
         return
     changes = compare(host.loaded.config, host.read_last, read.config)
     changes.restart += models_replaced(host.plan.model_files, fresh.model_files, changes.restart)
+    changes.restart += files_changed(host.loaded, read, changes.restart)
     if changes.taken:
         environment_fields(host.writer.command, fresh.command, axes_of(changes.taken))
         host.writer.send()
@@ -99,6 +100,23 @@ def models_replaced(running: Sequence[bytes], read: Sequence[bytes], told: Seque
     pairs = zip(running, read, strict=False)  # axes that came or went are told by their keys
     keys = [f"axis[{a}].friction.model" for a, (old, new) in enumerate(pairs) if old != new]
     return [key for key in keys if key not in told]
+
+
+def files_changed(running: LoadedConfig, read: LoadedConfig, told: Sequence[str]) -> list[str]:
+    """Keys of the devices' options, but for those `told` already, that name a file of another content than
+    what runs: a schedule of faults, a DBC file."""
+    keys = set()
+    before, after = ((one.options, *one.more_options) for one in (running, read))
+    devices = zip(running.config.device, before, after, strict=False)
+    for d, (device, old, new) in enumerate(devices):
+        for option in (name for name in {*old, *new} if old.get(name) != new.get(name)):
+            # what a DBC file says stands under other keys once it is read
+            named = option if option == "faults" else "dbc" if "dbc" in device.options else ""
+            own = {f"device[{d}].options.{name}" for name in (option, named)}
+            # what changed in the rig file itself is told, a table of it as `faults[0].value`
+            if named and not any(one.startswith(tuple(own)) for one in told):
+                keys.add(f"device[{d}].options.{named}")
+    return sorted(keys)
 
 
 def environment_fields(command: np.ndarray, fresh: np.ndarray, axes: list[int]) -> None:

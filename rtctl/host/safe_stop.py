@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib import import_module
 
 from hw import registry
@@ -76,19 +77,20 @@ class SafeStop:
     def now(self) -> list[Stopped]:
         """Stop every actuator. Never raises for a device; whoever else has it open is not asked.
 
-        All are told at once; then each is opened, which takes as long as its options allow, told again, and
-        closed. One that has not come back by `OPEN_TIMEOUT_S` is left: the next ones are waiting."""
+        All are told at once; then all are opened, which takes as long as their options allow, told again, and
+        closed. One that has not come back by `OPEN_TIMEOUT_S` is left."""
         self.tell()
-        return [_stop_opened(label, backend) for label, backend in self._actuators]
+        # whatever one device's code does, the others are stopped; with a whole stack, for opening may compile
+        steps = [partial(_stop_opened, backend) for _, backend in self._actuators]
+        raised = reach_all(steps, OPEN_TIMEOUT_S, 0)
+        # told, not seen: whether its torque is gone, only the device could say
+        return [
+            Stopped(label, confirmed=error is None, detail=words_of(error) if error else "")
+            for (label, _), error in zip(self._actuators, raised, strict=True)
+        ]
 
 
-def _stop_opened(label: str, backend: Backend) -> Stopped:
-    def steps() -> None:
-        backend.open()
-        backend.stop()
-        backend.close()
-
-    # whatever one device's code does, the others are stopped; with a whole stack, for opening may compile
-    (error,) = reach_all([steps], OPEN_TIMEOUT_S, 0)
-    # told, not seen: whether its torque is gone, only the device could say
-    return Stopped(label, confirmed=error is None, detail=words_of(error) if error else "")
+def _stop_opened(backend: Backend) -> None:
+    backend.open()
+    backend.stop()
+    backend.close()

@@ -1,14 +1,17 @@
 """The daemon's own live view (`view = true`): a process of its own that the rig does not need.
 
 It is a client like any other. When it dies the rig runs on, and it is started again, ever more rarely while
-it keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon."""
+it keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon. The daemon
+listens for it: an address that is told is of this rig's page, and of no other rig's."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import secrets
+import socket
 import subprocess
 import sys
 import time
@@ -25,6 +28,9 @@ RETRY_S = (1.0, 60.0)
 
 SETTLED_S = 60.0
 """A view that has lived this long begins with the first wait again."""
+
+WAITING = 128
+"""Browsers that may wait for the page, as of `ViewServer`."""
 
 MOST_BYTES = 65_536
 """Most bytes of the page's words that are read at a time."""
@@ -53,7 +59,9 @@ class ViewProcess:
     ) -> None:
         self.url = f"http://{HOST}:{port}/"
         self.operator_file = folder / VIEW_NAME
-        self._order = {"folder": str(folder), "host": HOST, "port": port, "avoid_core": avoid_core}
+        self._port = port
+        self._order = {"folder": str(folder), "avoid_core": avoid_core}
+        self._listening: socket.socket | None = None
         # one for all starts of the page: an address that a person keeps open outlives its crash
         self._key = secrets.token_urlsafe(12)
         self._clock_s = clock_s
@@ -72,7 +80,9 @@ class ViewProcess:
         return None if table is None else cls(runtime.path, table.port, loop_core)
 
     def describe(self) -> list[str]:
-        """Lines that tell a person where to look."""
+        """Lines that tell a person where to look; none without an address."""
+        if self._listening is None:
+            return []
         return [
             f"live view {self.url}   (anyone on this machine may look and STOP)",
             f"          for the operator, who may arm: the address in {self.operator_file}",
@@ -83,7 +93,9 @@ class ViewProcess:
         process = self._process
         if process is None:
             if self._clock_s() >= self._retry_at_s:
+                before = self._listening
                 self._start()
+                self._news += [] if before else self.describe()
         else:
             ended = process.poll()
             self._hear(process)
@@ -100,6 +112,9 @@ class ViewProcess:
             process.kill()
             process.wait()
             _close_pipes(process)
+        if self._listening is not None:
+            self._listening.close()
+            self._listening = None
         self.operator_file.unlink(missing_ok=True)
 
     def _write_address(self) -> None:
@@ -108,9 +123,32 @@ class ViewProcess:
             self.operator_file.unlink(missing_ok=True)
             self.operator_file.write_text(f"{self.url}#key={self._key}\n")
 
+    def _listens(self) -> bool:
+        """Whether browsers that come wait for the page; why they do not is told."""
+        listening = self._listening or socket.socket()
+        try:
+            if self._listening is None:
+                listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # it may be in TIME_WAIT
+                listening.bind((HOST, self._port))
+            listening.listen(WAITING)
+        except OSError as error:
+            listening.close()
+            self._listening = None
+            # whoever opens that address sees, and stops, another rig
+            other = "; what answers there is not this rig: give it another [view] port"
+            taken = other if error.errno == errno.EADDRINUSE else ""
+            self._lose(f"cannot listen on {HOST}:{self._port}: {error.strerror}{taken}")
+            return False
+        self._listening = listening
+        return True
+
     def _start(self) -> None:
+        if not self._listens():
+            return
+        assert self._listening is not None
+        served = self._listening.fileno()
         # the key goes by stdin: arguments stand in /proc for everybody to read
-        order = json.dumps({**self._order, "key": self._key}) + "\n"
+        order = json.dumps({**self._order, "listening": served, "key": self._key}) + "\n"
         try:
             process = subprocess.Popen(
                 [sys.executable, "-m", "rtctl.client.view"],
@@ -118,11 +156,13 @@ class ViewProcess:
                 stdout=subprocess.PIPE,
                 # one pipe for both: its last line says why it ended
                 stderr=subprocess.STDOUT,
+                pass_fds=(served,),
                 start_new_session=True,  # Ctrl-C is for the rig
                 # threads of OpenBLAS would wait for each other beside the loop, for matrices of some rows
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )
         except OSError as error:
+            self._refuse()
             self._lose(f"cannot be started: {error}")
             return
         assert process.stdin is not None
@@ -139,8 +179,15 @@ class ViewProcess:
             # the end of it: a page that prints without end must not fill the host
             self._pending = (self._pending + os.read(process.stdout.fileno(), MOST_BYTES))[-MOST_BYTES:]
 
+    def _refuse(self) -> None:
+        """Nobody waits at an address where nobody answers: who presses STOP there is told at once."""
+        if self._listening is not None:
+            with contextlib.suppress(OSError):
+                self._listening.shutdown(socket.SHUT_RDWR)  # bound it stays
+
     def _bury(self, process: subprocess.Popen[bytes], status: int) -> None:
         self._process = None
+        self._refuse()
         _close_pipes(process)
         if self._clock_s() - self._started_s > SETTLED_S:
             self._wait_s = RETRY_S[0]

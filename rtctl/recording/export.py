@@ -15,7 +15,7 @@ import numpy as np
 
 from hw.motion import name as own_name
 from hw.motion import unit
-from rtctl.errors import ConfigError, RtctlError
+from rtctl.errors import ConfigError, DataError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 from rtctl.tick import tick_dtype
@@ -51,7 +51,7 @@ def export(
     ConfigError
         A field that does not exist, or some fields only for MCAP, which has whole ticks.
     DataError
-        It cannot be written.
+        It cannot be written, or is to be MCAP and has no tick.
     RtctlError
         Parquet without pyarrow."""
     names = _names(fields)
@@ -217,6 +217,9 @@ def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progr
             progress(parts.written + parts.pending)
         parts.close({"reason": "exported"})
         if not parts.files:
-            raise RtctlError(f"{reader.parts[0]}: has no ticks")
+            raise DataError(
+                f"{reader.parts[0]}: has no tick, and an MCAP file would have no message; --to npz, parquet "
+                "or csv writes its columns without a row"
+            )
         parts.files[0].rename(path)
     return parts.written

@@ -205,6 +205,7 @@ class LoadedConfig(Table):
         description="validated options of the first device, plain values, absolute paths"
     )
     more_options: tuple[dict[str, Any], ...] = Field((), description="those of the other devices, in order")
+    script: Path | None = Field(None, description="schedule of faults given in place of the rig file's own")
     _made: tuple[tuple[object, ...], tuple[Member, ...]] | None = None
 
     @property
@@ -290,5 +291,10 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     # of the bytes: a comment makes another file, and a data set says so
     digest = hashlib.sha256(raw).hexdigest()
     return LoadedConfig(
-        path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])
+        path=path,
+        sha256=digest,
+        config=config,
+        options=options[0],
+        more_options=tuple(options[1:]),
+        script=None if script is None else real(script),
     )

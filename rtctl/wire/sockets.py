@@ -15,6 +15,7 @@ import os
 import resource
 import socket as network
 from collections.abc import Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
 import zmq
@@ -203,11 +204,9 @@ class Door:
 
     def reopen(self) -> None:
         """Open a door that a cut left shut; it stays so while that cannot be done."""
-        with self._reserve.lent():
-            try:
-                self._open()
-            except (OSError, zmq.ZMQError):  # no descriptors, or the last socket still holds the address
-                self.socket.close(linger=0)
+        # no descriptors, or the last socket still holds the address
+        with self._reserve.lent(), suppress(OSError, zmq.ZMQError):
+            self._open()
 
     def close(self) -> None:
         """Close the socket and give the address back. Idempotent."""
@@ -229,28 +228,41 @@ class Door:
         binding = self._binding
         self.openings += 1
         self.traffic = self._new_traffic(binding, self._kind)
-        self.socket = self._context.socket(self._kind)
-        # what nobody has taken must not hold up the end of a daemon
-        self.socket.setsockopt(zmq.LINGER, 0)
-        # of each frame; how many a message has, `long_messages` bounds
-        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
-        self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
-        for option, value in self._options.items():
-            self.socket.setsockopt(option, value)
-        # before `bind`: a connection that is not counted from the first moment never is
-        self.connections = Connections(self._context, self.socket, places=self._places)
-        self.domain = self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
-        if binding.entry == "curve":  # with an empty secret this fails, as it must
-            self.socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
-            self.socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
-            self.socket.setsockopt(zmq.CURVE_SERVER, 1)
-            self.socket.setsockopt(zmq.CURVE_SECRETKEY, binding.server_secret)
-        if binding.listener is not None:
-            self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))  # libzmq closes it
-        # the file of a Unix socket is for this user alone, until a group is given it below
-        with private_umask():
-            self.socket.bind(binding.address)
-        if self._one_by_one:
-            self._turnstile = Turnstile(binding.address)
-        if binding.group is not None:
-            give(binding.address.removeprefix("ipc://"), binding.group, 0o660)
+        # of a door that cannot be opened nothing stays: it is tried again and again
+        with ExitStack() as undo:
+            self.socket = undo.enter_context(self._context.socket(self._kind))
+            # what nobody has taken must not hold up the end of a daemon
+            self.socket.setsockopt(zmq.LINGER, 0)
+            # of each frame; how many a message has, `long_messages` bounds
+            self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
+            self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
+            for option, value in self._options.items():
+                self.socket.setsockopt(option, value)
+            # before `bind`: a connection that is not counted from the first moment never is
+            self.connections = Connections(self._context, self.socket, places=self._places)
+            undo.callback(self.connections.close)
+            self.domain = self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
+            if binding.entry == "curve":  # with an empty secret this fails, as it must
+                self.socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
+                self.socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
+                self.socket.setsockopt(zmq.CURVE_SERVER, 1)
+                self.socket.setsockopt(zmq.CURVE_SECRETKEY, binding.server_secret)
+            self._bind(binding)
+            if self._one_by_one:
+                self._turnstile = Turnstile(binding.address)
+            if binding.group is not None:
+                give(binding.address.removeprefix("ipc://"), binding.group, 0o660)
+            undo.pop_all()
+
+    def _bind(self, binding: Binding) -> None:
+        own = -1 if binding.listener is None else os.dup(binding.listener.fileno())
+        try:
+            if own >= 0:
+                self.socket.setsockopt(zmq.USE_FD, own)
+            # the file of a Unix socket is for this user alone, until a group is given it
+            with private_umask():
+                self.socket.bind(binding.address)
+        except zmq.ZMQError:
+            if own >= 0:
+                os.close(own)  # only that of a socket that is bound is libzmq's
+            raise

@@ -196,7 +196,7 @@ def frozen_adapter():
     valid = OdriveOptions(bus=given, axis=[{"node": 1}]).model_dump(mode="json")
     backend = registry.create("odrive", valid, rig())
     backend.bus = open_bus(given)
-    backend.drives[0]._make_frames(backend.bus)
+    backend.drives[0].make_frames(backend.bus)
     filled(backend.bus)
     return backend, near, far
 

@@ -132,7 +132,7 @@ def test_an_odrives_commands_are_those_of_its_dbc_without_the_bytes_that_say_not
     known = VECTORS["odrive"][version]
     axis = odrive.OdriveAxis(AXIS, OPTIONS, RIG, 0, Sample(1))
     bus = Bus()
-    axis._make_frames(bus)
+    axis.make_frames(bus)
     axis.write(bus, 0.0, True)
     axis.handlers()[odrive_codec.can_id(5, odrive_codec.HEARTBEAT)](
         struct.pack("<IBBBB", 0, 8, 0, 0, 0), 0, 8

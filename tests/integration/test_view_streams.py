@@ -3,7 +3,6 @@
 import json
 import math
 
-import made_up_rig
 import numpy as np
 import pytest
 from made_up_rig import Rig
@@ -197,22 +196,18 @@ def test_a_rig_that_comes_back_with_another_number_of_axes_is_shown_from_then_on
     feed.close()
 
 
-def test_a_message_that_cannot_be_read_ends_neither_events_nor_health():
-    class OfAnotherVersion(made_up_rig.Stream):
-        def receive(self, timeout_s):
-            if (found := super().receive(timeout_s)) == "unreadable":
-                raise ClientError("telemetry this client cannot read")
-            return found
-
+def test_a_message_that_cannot_be_read_is_told_and_the_next_one_counts():
     rig = Rig()
-    rig.events, rig.health = (lambda: OfAnotherVersion(rig.told)), (lambda: OfAnotherVersion(rig.well))
     feed = Feed(rig)
-    follower = feed.follow()
-    for queue, message in ((rig.told, {"event": "started", "tick": 0}), (rig.well, {"devices": []})):
-        queue.put("unreadable")
-        queue.put(message)
-    until(lambda: feed.health and follower.events, "what comes after it")
-    feed.leave(follower)
+    topics = {"events": rig.told, "health": rig.well}
+    for queue in topics.values():
+        queue.put(ClientError("of another version"))
+    until(lambda: all(feed.unread.values()))
+    assert feed.unread == dict.fromkeys(topics, "of another version")
+    for queue in topics.values():
+        queue.put({"event": "fault", "name": "STALE", "axis": "tip"})
+    until(lambda: not any(feed.unread.values()))
+    assert feed.places.entries(int(Fault.STALE))[0]["axis"] == "tip"
     feed.close()
 
 

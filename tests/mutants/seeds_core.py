@@ -53,7 +53,7 @@ SEEDS = (
         "rtctl/client/samples.py",
         '            and (column["dtype"], column["shape"]) == (word.dtype, [n, *word.shape])\n',
         "",
-        ("tests/unit/test_client.py::test_one_column_that_is_not_like_the_others_is_read_by_itself",),
+        ("tests/unit/test_broken_telemetry.py::test_one_column_that_is_not_like_the_others_is_read_by_itself",),
     ),
     Seed(
         "columns of words are those of the word before",

@@ -20,7 +20,7 @@ SEEDS = (
     ),
     Seed(
         "a device whose code fails keeps the others from being stopped", "rtctl/host/safe_stop.py",
-        "(error,) = reach_all([steps], OPEN_TIMEOUT_S, 0)", "error = steps()",
+        "raised = reach_all(steps, OPEN_TIMEOUT_S, 0)", "raised = [step() for step in steps]",
         ("tests/unit/host/test_safe_stop.py"
          "::test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped",),
     ),

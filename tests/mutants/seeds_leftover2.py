@@ -53,8 +53,8 @@ SEEDS = (
     Seed(
         "an actuator that hangs as it is opened keeps the others from being stopped",
         "rtctl/host/safe_stop.py",
-        "reach_all([steps], OPEN_TIMEOUT_S, 0)",
-        "reach_all([steps], 60.0, 0)",
+        "reach_all(steps, OPEN_TIMEOUT_S, 0)",
+        "reach_all(steps, 60.0, 0)",
         SAFE,
     ),
 )

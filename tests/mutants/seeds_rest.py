@@ -76,8 +76,8 @@ SEEDS = (
     Seed(
         "devices stay open where another one's opening fails by a mistake of its code",
         "hw/rig.py",
-        "except Exception:  # whatever it was: the others",
-        "except BackendError:  # whatever it was: the others",
+        "except Exception as error:  # whatever it was: the others",
+        "except BackendError as error:  # whatever it was: the others",
         ("tests/unit/hw/test_rig_time_and_loss.py",),
     ),
     Seed(

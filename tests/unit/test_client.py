@@ -155,55 +155,6 @@ def test_tick_batches_come_back_bit_for_bit():
     assert again.tobytes() == some.tobytes()
 
 
-def test_columns_of_another_version_are_tolerated_and_broken_ones_named():
-    columns = tick_columns(rows())
-    del columns["friction_gate"]
-    columns["novelty"] = {"dtype": "<f8", "shape": [3], "data": b"\0" * 24}
-    assert (tick_rows({"rows": 3, "columns": columns})["friction_gate"] == 0).all()
-    columns["position_rad"] = {"dtype": "<f8", "shape": [3, 2], "data": b"\0" * 8}
-    with pytest.raises(ClientError, match="another version"):
-        tick_rows({"rows": 3, "columns": columns})
-
-
-def test_one_column_that_is_not_like_the_others_is_read_by_itself():
-    some = rows()
-    columns = tick_columns(some)
-    columns["velocity_rad_s"] = {"dtype": "<f4", "shape": [3, 1], "data": np.float32([1, 2.5, -3]).tobytes()}
-    columns["law_ns"] = {"dtype": "<i8", "shape": [1], "data": np.int64([7]).tobytes()}
-    columns["cycle_ns"] = {"dtype": "<f8", "shape": [3], "data": np.float64([7, 8, 9]).tobytes()}
-    again = tick_rows({"rows": 3, "columns": columns})
-    assert again["velocity_rad_s"].tolist() == [[1, 1], [2.5, 2.5], [-3, -3]]
-    assert again["law_ns"].tolist() == [7, 7, 7]
-    assert again["cycle_ns"].tolist() == [7, 8, 9]
-    again["cycle_ns"] = some["cycle_ns"]
-    again["velocity_rad_s"], again["law_ns"] = some["velocity_rad_s"], some["law_ns"]
-    assert again.tobytes() == some.tobytes()
-
-
-@pytest.mark.parametrize(
-    "column",
-    [
-        {"dtype": "<f8", "shape": [3, 1], "data": b"\0" * 16},
-        {"dtype": "<f8", "shape": [3, 1], "data": b"\0" * 25},
-        {"dtype": "<f8", "shape": [3, 1], "data": "none"},
-        {"dtype": "<f8", "shape": "3", "data": b"\0" * 24},
-        {"dtype": 8, "shape": [2, 2], "data": b"\0" * 24},
-        {"shape": [3, 1], "data": b"\0" * 24},
-        None,
-        [],
-    ],
-)
-def test_a_column_that_does_not_fit_is_a_named_error(column):
-    with pytest.raises(ClientError, match="another version"):
-        tick_rows({"rows": 3, "columns": {**tick_columns(rows()), "law_ns": column}})
-
-
-def test_a_sample_that_is_none_is_a_named_error():
-    for message in ({}, {"faults": "x"}, {"faults": float("nan")}):
-        with pytest.raises(ClientError, match="cannot read"):
-            rig_state(message)
-
-
 def test_no_daemon_is_a_named_error_that_says_what_to_do(tmp_path):
     with RigClient("mock", runtime_dir="/tmp/rtctl-none", timeout_s=0.05) as client:
         with pytest.raises(NoReplyError, match="rtctl run"):

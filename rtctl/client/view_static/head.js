@@ -102,7 +102,7 @@ function showAlert(stale) {
     lines.push({ name: "NO DATA", place: `since ${deadSince.toLocaleTimeString()}`, wrong: last + why,
       remedy: "the rig may still be powered: use its emergency stop if in doubt, then see whether the daemon runs" });
   }
-  if (!stale) lines.push(...faultLines(), ...newest.devices.map((text) => ({ name: "device", wrong: text })), ...(newest.health.warnings || []).map((one) => ({ name: "warning", wrong: one.text, mild: true })), ...brokenLines(newest.health));
+  if (!stale) lines.push(...faultLines(), ...newest.devices.map((text) => ({ name: "device", wrong: text })), ...(newest.health.warnings || []).map((one) => ({ name: "warning", wrong: one.text, mild: true })), ...brokenLines(newest));
   if (!stale && newest.world && newest.world.trouble) lines.push({ name: "world", wrong: newest.world.trouble, mild: true });
   $("alert").hidden = !lines.length;
   $("alert").classList.toggle("mild", lines.every((line) => line.mild));
@@ -116,9 +116,10 @@ function faultLines() {
   return [...lines, ...others.map((fault) => ({ ...fault, lead: cause ? "also " : "" }))];
 }
 
-function brokenLines(health) {
+function brokenLines({ health, unread }) {
   const broken = [["recording", health.recording], ["event log", health.log]].filter(([, one]) => one && one.broken);
-  return broken.map(([what, one]) => ({ name: `${what} broken`, wrong: one.broken, remedy: "make room on the disk, or see its rights", mild: true }));
+  const lines = broken.map(([what, one]) => ({ name: `${what} broken`, wrong: one.broken, remedy: "make room on the disk, or see its rights", mild: true }));
+  return [...lines, ...Object.entries(unread).filter(([, why]) => why).map(([what, why]) => ({ name: `${what} not read`, wrong: why, mild: true }))];
 }
 
 function alertLine(line) {

@@ -106,6 +106,25 @@ def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, i
     assert ("KeyboardInterrupt" in done.stderr, bool(done.stderr)) == (False, ignored)
 
 
+@pytest.mark.parametrize("arguments", [("--help",), ("check", "nowhere.toml", "--json")])
+def test_a_command_whose_reader_has_left_ends_without_a_word(arguments):
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [sys.executable, "-m", "rtctl", *arguments],
+        stdout=write,
+        stderr=subprocess.PIPE,
+        check=False,
+        cwd=ROOT,
+    )
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_a_broken_pipe_of_a_device_is_no_reader_that_has_left(ended):
+    assert ended(raising(BrokenPipeError(errno.EPIPE, "Broken pipe"))) == (1, "", "rtctl: Broken pipe\n")
+
+
 def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatch):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
         manager.bind(str(tmp_path / "notify"))

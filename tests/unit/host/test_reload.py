@@ -1,10 +1,21 @@
 """What SIGHUP takes over."""
 
+import pytest
+
 from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import State
-from rtctl.host.reload import AT_REST, axes_of, compare, environment_fields, models_replaced, refused
+from rtctl.host.reload import (
+    AT_REST,
+    axes_of,
+    compare,
+    environment_fields,
+    files_changed,
+    models_replaced,
+    refused,
+)
 from rtctl.recording.setup import setup_of
 from rtctl.rig_file import config
+from rtctl.rig_file.rig_tables import DeviceTable
 from rtctl.simulation.shipped_files import shipped_config, write_copy
 
 
@@ -97,3 +108,36 @@ def test_a_plan_knows_what_it_read_of_each_model(tmp_path):
     (tmp_path / "friction" / "rig.json").write_bytes(b"another one by now")
     attached = setup_of(loaded, made, 1, 0).attachments["model-joint.json"][1]
     assert attached == made.model_files[0]
+
+
+FAULT = "[[fault]]\nchannel = 'position'\nkind = 'jump'\nat_tick = 5\nfor_ticks = 1\nvalue = {}\n"
+
+
+@pytest.mark.parametrize("given", ["in the rig file", "on the command line"])
+def test_a_schedule_of_faults_of_another_content_is_told(tmp_path, given):
+    (tmp_path / "faults.toml").write_text(FAULT.format(0.1))
+    in_file = [("[device.options]", '[device.options]\nfaults = "faults.toml"')][: given == "in the rig file"]
+    changed(tmp_path, *in_file)
+    script = None if in_file else tmp_path / "faults.toml"
+
+    def read(value):
+        (tmp_path / "faults.toml").write_text(FAULT.format(value))
+        return config.load(tmp_path / "rig.toml", script)
+
+    first = read(0.1)
+    assert first.script == script  # what a reload loads again
+    assert files_changed(first, read(0.1), []) == []
+    assert files_changed(first, read(0.2), []) == ["device[0].options.faults"]
+    assert files_changed(first, read(0.2), ["device[0].options.faults"]) == []
+
+
+def test_a_dbc_file_of_another_content_is_told_and_no_option_that_the_rig_file_tells():
+    class Loaded:
+        def __init__(self, receive, **options):
+            self.options, self.more_options = {"receive": receive, **options}, ()
+            self.config = type("Read", (), {"device": (DeviceTable(kind="can", options={"dbc": "a.dbc"}),)})
+
+    first = Loaded([1], stale_ticks=3)
+    assert files_changed(first, Loaded([2], stale_ticks=3), []) == ["device[0].options.dbc"]
+    assert files_changed(first, Loaded([1], stale_ticks=4), ["device[0].options.stale_ticks"]) == []
+    assert files_changed(first, Loaded([2], stale_ticks=3), ["device[0].options.dbc"]) == []

@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from patience import PATIENCE_S
 
 from hw import registry
+from hw.can.health import BusHealth
+from hw.can.stopping import NotedBus
 from hw.interface import BackendError, BackendInfo
 from hw.serial.frame_backend import SerialBackend
 from rtctl.cli import stop_rig
@@ -126,6 +129,64 @@ def test_an_actuator_that_hangs_is_named_and_the_others_are_stopped(what, monkey
     assert second.calls == ["stop", "stop", "open", "stop", "close"]
     assert (bad.confirmed, good.confirmed) == (False, True)
     assert bad.detail == "has not come back after 0.02 s"
+
+
+def test_actuators_are_opened_beside_each_other(monkeypatch):
+    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
+    MADE.clear()
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    stop, both = SafeStop(loaded), threading.Barrier(2, timeout=PATIENCE_S)
+    for one in MADE[-2:]:
+        monkeypatch.setattr(one, "open", both.wait)  # neither is done before the other has begun
+    assert [one.confirmed for one in stop.now()] == [True, True]
+
+
+def frames_of(name, monkeypatch):
+    """What the host sends to the drives of a rig whose loop has died, on a bus that it opens for a moment."""
+    sent = []
+
+    class Bus(NotedBus):
+        def __init__(self, channel, *, fd):
+            super().__init__(fd=fd)
+            self.health = BusHealth()
+            assert channel == "can0"
+
+        def send(self, frame):
+            sent.append(
+                bytes(frame.buffer[:4])[::-1].hex() + " " + bytes(frame.buffer[8:])[: frame.length].hex()
+            )
+            return True
+
+        def close(self):
+            sent.append("closed")
+
+    monkeypatch.setattr("hw.can.stopping.RawBus", Bus)
+    stop = SafeStop(load(CONFIGS / name))
+    stop.know([])
+    assert sent == []
+    stop.tell()
+    return sent
+
+
+@pytest.mark.parametrize(
+    ("name", "frames"),
+    [
+        ("can-odrive.toml", ["0000002e 00000000", "00000027 01000000"]),
+        ("can-cia402.toml", ["00000201 06000000", "00000080 "]),
+        ("can-board.toml", [f"00000200 {count:08x}" for count in (1, 0, 0x40, 0x80, 0xC0)]),
+    ],
+)
+def test_a_drive_on_a_bus_is_told_before_its_bus_is_opened_whole(name, frames, monkeypatch):
+    assert frames_of(name, monkeypatch) == [*frames, "closed"]
+
+
+def test_a_bus_of_one_holder_and_one_that_is_gone_are_left_alone():
+    for changed in ({"channel": "gone0"}, {"interface": "virtual", "raw": False}):
+        loaded = load(CONFIGS / "can-odrive.toml")
+        loaded.options["bus"].update(changed)
+        SafeStop(loaded).tell()
 
 
 def test_making_it_opens_nothing_and_a_sensor_is_left_alone(loaded, monkeypatch):

@@ -1,10 +1,13 @@
 """The daemon's own view: ordered, looked after, started again, never waited for."""
 
 import os
+import socket
 import sys
+from contextlib import closing
 
 import pytest
 from patience import PATIENCE_S, until
+from ports import free_ports
 
 from rtctl.host import view_process
 from rtctl.host.view_process import RETRY_S, SETTLED_S, ViewProcess
@@ -38,11 +41,12 @@ def ends(view, clock):
 
 
 def test_the_operators_address_is_for_this_user_alone_and_goes_with_the_view(tmp_path, program):
-    view = ViewProcess(tmp_path, 8650)
+    port = free_ports()
+    view = ViewProcess(tmp_path, port)
     file = tmp_path / "view"
     assert file.stat().st_mode & 0o777 == 0o600
     address = file.read_text()
-    assert address.startswith("http://127.0.0.1:8650/#key=")
+    assert address.startswith(f"http://127.0.0.1:{port}/#key=")
     key = address.strip().partition("#key=")[2]
     assert len(key) >= 16
     assert not any(key in line for line in view.describe())
@@ -58,7 +62,7 @@ def test_the_operators_address_is_for_this_user_alone_and_goes_with_the_view(tmp
 def test_one_that_dies_is_told_of_and_started_again_ever_more_rarely(tmp_path, program):
     program("read order; echo cannot listen; exit 3")
     clock = Clock()
-    view = ViewProcess(tmp_path, 8650, clock_s=clock)
+    view = ViewProcess(tmp_path, free_ports(), clock_s=clock)
     waits = []
     for _ in range(8):
         (said,) = ends(view, clock)
@@ -74,10 +78,35 @@ def test_one_that_dies_is_told_of_and_started_again_ever_more_rarely(tmp_path, p
     view.close()
 
 
+def test_of_two_rigs_with_one_port_the_second_tells_no_address_until_it_is_its_own(tmp_path, program):
+    port, clock = free_ports(), Clock()
+    first = ViewProcess(tmp_path, port)
+    (tmp_path / "second").mkdir()
+    second = ViewProcess(tmp_path / "second", port, clock_s=clock)
+    assert f"http://127.0.0.1:{port}/" in first.describe()[0]
+    assert second.describe() == []
+    (said,) = second.news()
+    assert "not this rig" in said
+    first.close()
+    clock.now_s += RETRY_S[0]
+    assert second.news() == second.describe() != []
+    second.close()
+
+
+def test_where_no_page_answers_nobody_waits(tmp_path, program):
+    port = free_ports()
+    with closing(ViewProcess(tmp_path, port)) as view, socket.socket() as early, socket.socket() as late:
+        early.connect(("127.0.0.1", port))
+        view._process.kill()
+        until(view.news, "its end")
+        with pytest.raises(ConnectionRefusedError):
+            late.connect(("127.0.0.1", port))
+
+
 def test_one_that_has_lived_long_is_started_again_at_once(tmp_path, program):
     program("read order; exit 0")
     clock = Clock()
-    view = ViewProcess(tmp_path, 8650, clock_s=clock)
+    view = ViewProcess(tmp_path, free_ports(), clock_s=clock)
     ends(view, clock)
     ends_again = []
     for life_s in (0.0, SETTLED_S + 1):
@@ -94,14 +123,14 @@ def test_one_that_has_lived_long_is_started_again_at_once(tmp_path, program):
 
 def test_an_interpreter_that_is_gone_is_no_error(tmp_path, monkeypatch):
     monkeypatch.setattr(view_process.sys, "executable", str(tmp_path / "nothing"))
-    view = ViewProcess(tmp_path, 8650)
+    view = ViewProcess(tmp_path, free_ports())
     (said,) = view.news()
     assert "cannot be started" in said
     view.close()
 
 
 def test_it_never_outlives_the_daemon_and_keeps_off_the_loops_core(tmp_path):
-    view = ViewProcess(tmp_path, 8650, avoid_core=max(os.sched_getaffinity(0)))
+    view = ViewProcess(tmp_path, free_ports(), avoid_core=max(os.sched_getaffinity(0)))
     process = view._process
     process.stdin.close()  # as when the daemon is killed
     try:

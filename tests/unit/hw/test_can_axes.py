@@ -79,7 +79,7 @@ def test_an_odrive_that_is_not_heard_is_refused_with_what_to_check(no_waiting):
 
 def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_should_not_be(no_waiting):
     axis, _sample, on = odrive_axis()
-    axis._make_frames(bus := Bus())
+    axis.make_frames(bus := Bus())
     axis.write(bus, 2.0, True)
     kinds = [can_id & 0x1F for can_id, _ in bus.sent]
     assert kinds[:4] == [
@@ -118,7 +118,7 @@ def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_shoul
 
 def test_an_odrive_that_does_not_arm_or_falls_silent_is_a_fault():
     axis, _, _ = odrive_axis(feedback="cyclic")
-    axis._make_frames(bus := Bus())
+    axis.make_frames(bus := Bus())
     axis.write(bus, 0.0, True)
     assert axis.link_faults() == 0
     for _ in range(521):

@@ -129,7 +129,7 @@ def test_a_question_is_a_remote_frame_where_there_are_any_and_an_empty_one_on_ca
     table = {"node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0}
     axis = odrive.OdriveAxis(table, options, RIG, 0, Sample(1))
     made = []
-    axis._make_frames(SimpleNamespace(outgoing=lambda can_id, n: made.append((can_id, n)) or _frame(n)))
+    axis.make_frames(SimpleNamespace(outgoing=lambda can_id, n: made.append((can_id, n)) or _frame(n)))
     asked = [can_id for can_id, n in made if n == 0]
     assert [can_id & 0x1F for can_id in asked] == [0x09, 0x14, 0x06, 0x00]
     assert all(bool(can_id & REMOTE) != fd for can_id in asked)

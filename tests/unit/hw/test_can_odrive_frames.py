@@ -42,7 +42,7 @@ def test_a_temperature_that_comes_no_more_is_none_and_no_motor_that_stays_cool()
     # before the first one, and in what is shown before the first sample
     assert math.isnan(celsius[0])
     assert math.isnan(backend.taken.of["temperature"][0])
-    axis._make_frames(bus := Bus())
+    axis.make_frames(bus := Bus())
     heat(axis, 60.0)
     for _ in range(500):  # five of its periods of 100 ms
         axis.write(bus, 0.0, False)
@@ -61,7 +61,7 @@ def test_cycles_without_python_end_when_a_temperature_is_due_to_be_lost():
     axis.pass_by(100)
     assert axis.alike() == 400
     axis.pass_by(400)
-    axis._make_frames(bus := Bus())
+    axis.make_frames(bus := Bus())
     axis.write(bus, 0.0, False)
     assert math.isnan(axis._sample.temperature_c[0])
     assert axis.alike() == 5000 - 501  # the heartbeat is next

@@ -53,6 +53,22 @@ def test_a_bad_fault_is_refused_with_key_value_and_bound(table, text):
     assert text in str(refused.value)
 
 
+def test_all_that_is_wrong_with_one_fault_is_told_at_once():
+    table = changed(at_s=1.0, for_ticks=..., kind="jmup", axis=99, probability=2.0, length=3)
+    with pytest.raises(ValueError) as refused:
+        read_faults([table])
+    for text in (
+        "at_s, at_tick",
+        "for_s, for_ticks",
+        "no kind 'jmup'",
+        "axis: ",
+        "probability: ",
+        "length: ",
+    ):
+        assert text in str(refused.value)
+    assert str(refused.value).count("axis: ") == 1, "a bound is told once"
+
+
 def test_a_good_fault_passes_with_its_default_value():
     (fault,) = read_faults([changed(kind="out_of_range", value=...)])
     assert fault["value"] == 1e6

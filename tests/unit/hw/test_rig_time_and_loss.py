@@ -110,6 +110,10 @@ def test_when_one_cannot_be_opened_the_others_are_closed_again(kind):
     with pytest.raises(named, match=r"'finger'.*: no such port"):
         backend.open()
     assert drive.calls == ["open", "close"]
+    drive.on = {"close": lambda: 1 / 0}
+    both = r"no such port; closing the others: device 'drive': ZeroDivisionError: division by zero$"
+    with pytest.raises(BackendError, match=both):
+        backend.open()
 
 
 _UNTOLD_NO_MORE = (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from run_maker import run, setup, write
 
-from rtctl.errors import ConfigError, RtctlError
+from rtctl.errors import ConfigError, DataError, RtctlError
 from rtctl.recording.export import export
 from rtctl.recording.limits import Limits
 from rtctl.recording.parts import Parts
@@ -139,6 +139,9 @@ def test_a_recording_without_a_tick_becomes_a_sound_file_with_all_columns(record
     export(reader, "npz", tmp_path / "r.npz", fields)
     with np.load(tmp_path / "r.npz") as found:
         assert found["position_rad"].shape == (0, 2)
+    with pytest.raises(DataError, match=r"no tick.*--to npz"):  # a recording has ticks
+        export(reader, "mcap", tmp_path / "r.mcap")
+    assert not (tmp_path / "r.mcap").exists()
 
 
 def test_a_parquet_without_a_tick_is_one(recorded, tmp_path, monkeypatch):
