@@ -58,7 +58,7 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
     "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
-    "14 recording broken, 1 anything else.",
+    "14 recording broken, 130 Ctrl-C, 1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:
@@ -78,13 +78,20 @@ def report(error: RtctlError, *, as_json: bool) -> None:
         }
         if isinstance(error, ConfigError):
             body["faults"] = faults
-        click.echo(json_text(body))
+        _last_object(body)
         return
     from rtctl.cli.invocation import as_run
 
     click.echo(as_run(f"rtctl: {error}"), err=True)
     for line in faults:
         click.echo(as_run(f"  {line}"), err=True)
+
+
+def _last_object(body: dict[str, Any]) -> None:
+    try:
+        click.echo(json_text(body))
+    except BrokenPipeError:  # who read it is gone; Python would say so of what it has kept, too
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def main() -> None:
@@ -146,7 +153,7 @@ def _exit_code() -> int:
     except click.ClickException as error:
         if "--json" in sys.argv:
             body = {"error": type(error).__name__, "message": error.format_message()}
-            click.echo(json_text({**body, "exit_code": error.exit_code}))
+            _last_object({**body, "exit_code": error.exit_code})
         else:
             error.show()
         return error.exit_code
@@ -170,7 +177,10 @@ def _exit_code() -> int:
 
 
 def _interrupted() -> int:
-    click.echo("interrupted", err=True)
+    if "--json" in sys.argv:
+        _last_object({"error": "Interrupted", "message": "interrupted", "exit_code": 130})
+    else:
+        click.echo("interrupted", err=True)
     return 130
 
 

@@ -11,7 +11,7 @@ import click
 
 from rtctl.cli.colour import coloured
 from rtctl.cli.invocation import as_run
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, runtime_option
 from rtctl.cli.unread import refuse_unread
@@ -90,11 +90,10 @@ def command(
             "lines": [line.as_dict() for line in report.lines],
             "wakeup": None if report.wakeups is None else asdict(report.wakeups),
         }
-        click.echo(json_text(body))
-    else:
-        for line in machine_wakeup.histogram(report.wakeups) if report.wakeups else []:
-            click.echo(f"      {line}")
-        failed = sum(line.status == "fail" for line in report.lines)
-        warned = sum(line.status == "warn" for line in report.lines)
-        click.echo(f"{failed} failed, {warned} to improve, {len(report.lines) - failed - warned} ok")
+        end_with(body, 0 if report.ok else 1)
+    for line in machine_wakeup.histogram(report.wakeups) if report.wakeups else []:
+        click.echo(f"      {line}")
+    failed = sum(line.status == "fail" for line in report.lines)
+    warned = sum(line.status == "warn" for line in report.lines)
+    click.echo(f"{failed} failed, {warned} to improve, {len(report.lines) - failed - warned} ok")
     sys.exit(0 if report.ok else 1)

@@ -86,6 +86,24 @@ def test_for_a_script_the_line_is_json(ended):
     assert (code, body["exit_code"], body["message"], err) == (1, 1, "/x: Permission denied", "")
 
 
+def test_ctrl_c_is_an_object_for_a_script_too(ended):
+    code, out, err = ended(raising(KeyboardInterrupt()), "--json")
+    assert (code, json.loads(out)["exit_code"], err) == (130, 130, "")
+
+
+def test_nobody_reads_the_object_of_an_error_any_more(ended, monkeypatch):
+    aside = []
+
+    def gone(_text):
+        raise BrokenPipeError(errno.EPIPE, "Broken pipe")
+
+    monkeypatch.setattr(rtctl.cli.click, "echo", gone)
+    monkeypatch.setattr(rtctl.cli.os, "dup2", lambda _fd, onto: aside.append(onto))
+    for error in (ConfigError("x"), click.UsageError("x"), KeyboardInterrupt()):
+        ended(raising(error), "--json")
+    assert aside == [1, 1, 1]
+
+
 def test_a_mistake_in_rtctl_keeps_its_traceback(ended):
     with pytest.raises(ZeroDivisionError):
         ended(raising(ZeroDivisionError()))

@@ -1,0 +1,24 @@
+"""Seeded bugs of a new user who ran every printed command: what a script or a person is told at the end."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+SAID = "tests/unit/cli/test_one_object_and_its_code.py::test_"
+
+SEEDS = (
+    Seed(
+        "a demonstration that was stopped before its figures is a success",
+        "rtctl/cli/demo.py",
+        "130 if not all(one.count for one in demo.phases) else 0",
+        "0",
+        (f"{SAID}a_demonstration_that_was_stopped_has_no_figure",),
+    ),
+    Seed(
+        "an object of a command that failed has no exit code",
+        "rtctl/cli/json_text.py",
+        "if code and isinstance(body, dict)",
+        "if not body",
+        (f"{SAID}what_ends_in_a_no_says_so_in_its_object",),
+    ),
+)
