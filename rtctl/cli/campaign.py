@@ -34,7 +34,9 @@ READ = {
 
 @click.command("campaign")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of everything random")
-@click.option("--rigs", type=click.IntRange(1, 1_000_000), default=1000, show_default=True)
+@click.option(
+    "--rigs", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="random rigs"
+)
 @click.option(
     "--ticks",
     type=click.IntRange(1, 10_000_000),

@@ -35,7 +35,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 @click.option(
     "--watch", is_flag=True, help="follow a running rig instead: its late ticks, and why they were late"
 )
-@click.option("--seconds", "watch_s", type=Number(0.1, 1e6), help="end --watch after so long")
+@click.option("--for", "--seconds", "watch_s", type=Number(0.1, 1e6), help="end --watch after so long")
 @runtime_option
 @click.option("--no-timing", is_flag=True, help="leave the wake-up measurement out")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")

@@ -74,7 +74,13 @@ _OF_LEARNING = {"save_model", "plot", "presliding_rad", "train_share", "epsilon_
     help="zero of the torque sensor: half way between the directions, in each log; or as recorded",
 )
 @click.option("--train-share", type=Number(0.1, 1.0), default=1.0, help="train on the first part only")
-@click.option("--cutoff-hz", type=Number(0.1, 1e4), default=20.0, show_default=True)
+@click.option(
+    "--cutoff-hz",
+    type=Number(0.1, 1e4),
+    default=20.0,
+    show_default=True,
+    help="low-pass of what is learned from",
+)
 @click.option(
     "--speed-min-rad-s",
     "--speed-min-m-s",

@@ -21,7 +21,9 @@ JSON_SECONDS = 2.0
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--device", metavar="N", help="only this one: its number or its name in the rig file")
 @click.option(
+    "--for",
     "--seconds",
+    "seconds",
     type=Number(0.01, 1e6),
     help="stop after this long; default: Ctrl-C, with --json 2 seconds",
 )

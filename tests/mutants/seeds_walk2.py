@@ -6,6 +6,8 @@ from seed import Seed
 
 SAID = "tests/unit/cli/test_one_object_and_its_code.py::test_"
 
+PLOT = "tests/unit/cli/test_plot_and_compare.py::test_"
+
 SEEDS = (
     Seed(
         "a demonstration that was stopped before its figures is a success",
@@ -20,5 +22,12 @@ SEEDS = (
         "if code and isinstance(body, dict)",
         "if not body",
         (f"{SAID}what_ends_in_a_no_says_so_in_its_object",),
+    ),
+    Seed(
+        "a torque that was not measured counts as none",
+        "rtctl/recording/panels.py",
+        "np.where(count, square / np.maximum(count, 1), np.nan)",
+        "square / len(values)",
+        (f"{PLOT}only_ticks_at_work_count_and_nan_counts_as_nothing",),
     ),
 )
