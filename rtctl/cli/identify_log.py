@@ -59,7 +59,7 @@ _POSITIVE = Number(min=0, max=1e9, min_open=True)
     type=click.Path(path_type=Path),
     multiple=True,
     required=True,
-    help="text, npz, npy, MATLAB, HDF5, Parquet or a recording (MCAP); may be repeated",
+    help="text, npz, MATLAB, HDF5, JSON, TDMS, Parquet or MCAP (docs/logs.md); may be repeated",
 )
 @click.option(
     "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"
@@ -154,7 +154,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     register()
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
         columns = _own_columns(rig_axis)
-    mapped = _tables(columns, map_file)
+    mapped = _tables(logs[0], columns, map_file)
     known, warmth = dict(mapped), mapped.pop("temperature", None)
     taken = () if config else ungeared(mapped, gearing)
     unsaid, unknown = ((), ()) if config else unheld(mapped, gearing)
@@ -252,11 +252,26 @@ def _own_columns(axis: AxisTable) -> tuple[str, ...]:
     return tuple(f"{role}={name(field, axis.motion)}.{axis.name}" for role, field in roles)
 
 
-def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
+def _held_columns(log: Path) -> str:
+    """What columns there are, in the words in which the reader refuses one that is not."""
+    from hw.interface import BackendError
+    from hw.playback.columns import read_table
+
+    try:
+        read_table(log, ("position or torque",))
+    except BackendError as error:
+        return f"\n  {error}"
+    return ""
+
+
+def _tables(log: Path, columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles."""
     given = tables(columns, map_file, tuple(ROLES))
     if "position" not in given or not {"current", "torque", "external"} & set(given):
-        raise ConfigError("map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT")
+        raise ConfigError(
+            "map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT"
+            + _held_columns(log)
+        )
     for table in given.values():  # a recording of rtctl's own says by its names that an axis is linear
         unit = OWN_LINEAR.get(str(table.get("column")).partition(".")[0])
         if unit and "unit" not in table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,9 @@ from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
     from rtctl.simulation.playback_job import Job
+
+# a warning about a log is one of both commands, and this one lacks what some of them name
+_OF_IDENTIFY = re.compile(r"--(?:torque-delay|keep-offset|offset-is-zero|by-load|gear-ratio|rate-hz)\b")
 
 
 def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dict[str, Any] | None:
@@ -148,6 +152,10 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
         )
         lines.append(f"         presliding length: {_presliding(fit['presliding'], result['motion'])}")
         lines += [f"warning  {text}" for text in fit["warnings"]]
+        if others := sorted({option for text in fit["warnings"] for option in _OF_IDENTIFY.findall(text)}):
+            lines.append(
+                f"         ({', '.join(others)}: of `rtctl identify --log`, whose points `rtctl fit` reads)"
+            )
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))
