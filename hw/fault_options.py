@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from hw.channels import READ_ORDER, places
-from hw.fault_kinds import KINDS, Channel
+from hw.fault_kinds import KINDS
 from hw.option_tables import Table
 from hw.outside import read_toml, real
 from hw.plain_words import explain
@@ -46,71 +46,89 @@ class FaultOptions(Table):
         None, ge=0, le=MAX_AXES - 1, description="joint, or axis of the force sensor; default all"
     )
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
-    at_tick: Ticks | None = Field(None, description="as at_s, counted in ticks")
+    at_tick: Ticks | None = Field(None, validate_default=True, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
-    for_ticks: Ticks | None = Field(None, description="as for_s, counted in ticks")
+    for_ticks: Ticks | None = Field(None, validate_default=True, description="as for_s, counted in ticks")
     every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
-    every_ticks: Ticks | None = Field(None, description="as every_s, counted in ticks")
+    every_ticks: Ticks | None = Field(None, validate_default=True, description="as every_s, counted in ticks")
     probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
     value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
 
+    # each by its key, none over the whole table: what is wrong in a table is then told at once
     @model_validator(mode="before")
     @classmethod
-    def _kind_and_value(cls, table: object) -> object:
-        if not isinstance(table, Mapping):
+    def _own_value(cls, table: object) -> object:
+        """The default of its kind, where no value is given; None for a kind that needs one."""
+        if not isinstance(table, Mapping) or table.get("value") is not None:
             return table
-        channel, name = table.get("channel"), table.get("kind")
-        if not isinstance(channel, str) or not isinstance(name, str):
-            return table
-        if (channel, name) not in KINDS:
+        kind = KINDS.get((str(table.get("channel")), str(table.get("kind"))))
+        return table if kind is None else {**table, "value": kind.default}
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, name: str, info: ValidationInfo) -> str:
+        channel = info.data.get("channel")
+        if channel is not None and (channel, name) not in KINDS:
             raise ValueError(_no_such_kind(channel, name))
-        kind, value = KINDS[channel, name], table.get("value")
+        if channel == "loop" and (info.context or {}).get("clock") == "virtual":
+            msg = 'nothing stalls on a virtual clock; set [loop] clock = "wall"'
+            raise ValueError(msg)
+        return name
+
+    @field_validator("axis")
+    @classmethod
+    def _there(cls, axis: int | None, info: ValidationInfo) -> int | None:
+        if axis is None or not {"channel", "kind"} <= info.data.keys():
+            return axis
+        axes = places(info.data["channel"], (info.context or {}).get("n_axes", MAX_AXES))
+        if axis >= axes:
+            msg = f"{axis} is not there; must be below {axes}"
+            raise ValueError(msg)
+        return axis
+
+    @field_validator("at_tick", "for_ticks", "every_ticks")
+    @classmethod
+    def _one_of_two(cls, ticks: int | None, info: ValidationInfo) -> int | None:
+        name = str(info.field_name).partition("_")[0]
+        if f"{name}_s" not in info.data:  # refused already
+            return ticks
+        seconds = info.data[f"{name}_s"]
+        both = f"give one of {name}_s and {info.field_name}"
+        if name == "every":
+            if seconds is not None and ticks is not None:
+                raise ValueError(f"{both}, or neither")
+            due = info.data.get("for_s") or info.data.get("for_ticks")
+            if (seconds or ticks) and {"for_s", "for_ticks"} <= info.data.keys() and not due:
+                msg = "a fault that is due for ever cannot come again; give for_s or for_ticks"
+                raise ValueError(msg)
+        elif (seconds is None) == (ticks is None):
+            raise ValueError(both + ("; 0 is for ever" if name == "for" else ""))
+        return ticks
+
+    @field_validator("value", mode="before")
+    @classmethod
+    def _of_its_kind(cls, value: object, info: ValidationInfo) -> object:
+        if not {"channel", "kind"} <= info.data.keys():
+            return value
+        channel, name = info.data["channel"], info.data["kind"]
+        kind = KINDS[channel, name]
         if value is None:
             # no size is meant by itself: whoever scripts a jump says how far
-            if kind.default is None:
-                msg = f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
-                raise ValueError(msg)
-            return {**table, "value": kind.default}
+            msg = f"{channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
+            raise ValueError(msg)
         if isinstance(value, int | float) and not kind.low <= value <= kind.high:
             bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
-            msg = f"value: {value} of {channel} {name}: {bound}"
+            msg = f"{value} of {channel} {name}: {bound}"
             raise ValueError(msg)
-        return table
-
-    @model_validator(mode="after")
-    def _times(self, info: ValidationInfo) -> FaultOptions:
-        for first, second in (("at_s", "at_tick"), ("for_s", "for_ticks")):
-            if (getattr(self, first) is None) == (getattr(self, second) is None):
-                never = "; 0 is for ever" if first == "for_s" else ""
-                msg = f"{first}, {second}: give one of the two{never}"
-                raise ValueError(msg)
-        if self.every_s is not None and self.every_ticks is not None:
-            msg = "every_s, every_ticks: give one of the two, or none"
-            raise ValueError(msg)
-        if (self.every_s or self.every_ticks) and not (self.for_s or self.for_ticks):
-            msg = "every: a fault that is due for ever cannot come again; give for_s or for_ticks"
-            raise ValueError(msg)
-        self._fits(info.context or {})
-        return self
-
-    def _fits(self, rig: Mapping[str, Any]) -> None:
-        """Check what only the rig file can tell, where its facts are given."""
-        kind = KINDS[self.channel, self.kind]
-        axes = places(self.channel, rig.get("n_axes", MAX_AXES))
-        if self.axis is not None and self.axis >= axes:
-            msg = f"axis: {self.axis} is not there; must be below {axes}"
-            raise ValueError(msg)
-        if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":
-            msg = 'channel loop: nothing stalls on a virtual clock; set [loop] clock = "wall"'
-            raise ValueError(msg)
+        return value
 
 
 def _no_such_kind(channel: str, name: str) -> str:
     channels = sorted({known for known, _ in KINDS})
     if channel not in channels:
-        return f"channel: no channel {channel!r}; there are: {', '.join(channels)}"
+        return f"no channel {channel!r}; there are: {', '.join(channels)}"
     kinds = ", ".join(kind for known, kind in KINDS if known == channel)
-    return f"kind: {channel} has no kind {name!r}; it has: {kinds}"
+    return f"{channel} has no kind {name!r}; it has: {kinds}"
 
 
 class Schedule(BaseModel):

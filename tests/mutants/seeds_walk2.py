@@ -24,6 +24,13 @@ SEEDS = (
         (f"{SAID}what_ends_in_a_no_says_so_in_its_object",),
     ),
     Seed(
+        "a fault that is due for ever may come again",
+        "hw/fault_options.py",
+        "if (seconds or ticks) and",
+        "if False and",
+        ("tests/unit/hw/test_fault_options.py::test_a_bad_fault_is_refused_with_key_value_and_bound",),
+    ),
+    Seed(
         "a torque that was not measured counts as none",
         "rtctl/recording/panels.py",
         "np.where(count, square / np.maximum(count, 1), np.nan)",
