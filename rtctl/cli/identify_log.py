@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hw.motion import name, named, of_units, words
-from rtctl.cli.columns import tables, text_of, text_options
+from rtctl.cli.columns import held_columns, own_columns, tables, text_of, text_options
 from rtctl.cli.identify_log_text import (
     fit_lines,
     reversal_lines,
@@ -153,7 +153,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     rig_axis = _axis(config, axis)
     register()
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
-        columns = _own_columns(rig_axis)
+        columns = own_columns(rig_axis)
     mapped = _tables(logs[0], columns, map_file)
     known, warmth = dict(mapped), mapped.pop("temperature", None)
     taken = () if config else ungeared(mapped, gearing)
@@ -246,31 +246,13 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None, motion: 
     return Gearing(**value, motion=moves, lead_m=lead_m).of_screw()
 
 
-def _own_columns(axis: AxisTable) -> tuple[str, ...]:
-    """Columns of an axis in a recording of rtctl's own; a force sensor that is not there shows no torque."""
-    roles = (("position", "position_rad"), ("torque", "motor_torque_nm"), ("external", "hand_torque_nm"))
-    return tuple(f"{role}={name(field, axis.motion)}.{axis.name}" for role, field in roles)
-
-
-def _held_columns(log: Path) -> str:
-    """What columns there are, in the words in which the reader refuses one that is not."""
-    from hw.interface import BackendError
-    from hw.playback.columns import read_table
-
-    try:
-        read_table(log, ("position or torque",))
-    except BackendError as error:
-        return f"\n  {error}"
-    return ""
-
-
 def _tables(log: Path, columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles."""
     given = tables(columns, map_file, tuple(ROLES))
     if "position" not in given or not {"current", "torque", "external"} & set(given):
         raise ConfigError(
             "map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT"
-            + _held_columns(log)
+            + held_columns(log)
         )
     for table in given.values():  # a recording of rtctl's own says by its names that an axis is linear
         unit = OWN_LINEAR.get(str(table.get("column")).partition(".")[0])

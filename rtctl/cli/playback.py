@@ -151,17 +151,19 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
         lines.append(f"         presliding length: {_presliding(fit['presliding'], result['motion'])}")
-        lines += [f"warning  {text}" for text in fit["warnings"]]
-        if others := sorted({option for text in fit["warnings"] for option in _OF_IDENTIFY.findall(text)}):
-            lines.append(
-                f"         ({', '.join(others)}: of `rtctl identify --log`, whose points `rtctl fit` reads)"
-            )
+        lines += _warnings(fit["warnings"])
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))
     lines += _interaction(result["interaction"]) if "interaction" in result else []
     lines += [f"figure   {job.plot}"] if job.plot else []
     return lines
+
+
+def _warnings(texts: list[str]) -> list[str]:
+    others = ", ".join(sorted({option for text in texts for option in _OF_IDENTIFY.findall(text)}))
+    told = f"         ({others}: of `rtctl identify --log`, whose points `rtctl fit` reads)"
+    return [*(f"warning  {text}" for text in texts), *([told] if others else [])]
 
 
 def _presliding(found: dict[str, Any] | None, motion: str) -> str:

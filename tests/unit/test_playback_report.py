@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from hw.interface import LinkFault
 from hw.playback.columns import read_table
-from rtctl.cli.playback import _lines, _presliding, command
+from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction import artefact
@@ -263,12 +263,6 @@ def test_the_command_prints_a_table_or_one_json_object(logs, tmp_path):
     assert "support vectors [" in said.output
     told = CliRunner().invoke(command, [*arguments, "--json"], catch_exceptions=False)
     assert json.loads(told.output)["interaction"]["all"]["reduction"] > 0.7
-
-
-def test_an_option_that_only_identify_has_is_told_as_its_own(report):
-    said = [f"the torque looks 7 ms early (--torque-delay), or lower {one}" for one in ("--cutoff-hz", "x")]
-    told = "\n".join(_lines(report[0] | {"fit": report[0]["fit"] | {"warnings": said}}, Job()))
-    assert told.count("(--torque-delay: of `rtctl identify --log`") == 1
 
 
 def test_the_presliding_length_is_that_of_the_turns_unless_it_is_given(logs, report):

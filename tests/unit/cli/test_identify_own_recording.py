@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.cli.identify_log import _own_columns, _tables
+from rtctl.cli.columns import own_columns
+from rtctl.cli.identify_log import _tables
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
 
@@ -26,7 +27,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 )
 def test_columns_of_its_own_need_not_be_mapped(rig, position, torque):
     (axis,) = load(CONFIGS / rig).config.axis
-    tables = _tables(Path(), _own_columns(axis), None)
+    tables = _tables(Path(), own_columns(axis), None)
     assert tables["position"] == position
     assert tables["motor_torque"] == torque
     assert set(tables) == {"position", "motor_torque", "hand_torque"}
