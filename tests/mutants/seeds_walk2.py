@@ -31,6 +31,13 @@ SEEDS = (
         ("tests/unit/hw/test_fault_options.py::test_a_bad_fault_is_refused_with_key_value_and_bound",),
     ),
     Seed(
+        "a rig is opened to every network of its machine",
+        "rtctl/rig_file/host_tables.py",
+        "if address is None or address.is_unspecified:",
+        "if address is None:",
+        ("tests/unit/test_config.py::test_what_would_open_the_rig_to_others_is_refused_with_its_key",),
+    ),
+    Seed(
         "a torque that was not measured counts as none",
         "rtctl/recording/panels.py",
         "np.where(count, square / np.maximum(count, 1), np.nan)",
