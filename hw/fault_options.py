@@ -12,7 +12,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
     field_validator,
@@ -20,7 +19,7 @@ from pydantic import (
 )
 
 from hw.channels import READ_ORDER, places
-from hw.fault_kinds import KINDS, Channel, Kind
+from hw.fault_kinds import KINDS
 from hw.option_tables import Table
 from hw.outside import read_toml, real
 from hw.plain_words import explain
@@ -47,89 +46,89 @@ class FaultOptions(Table):
         None, ge=0, le=MAX_AXES - 1, description="joint, or axis of the force sensor; default all"
     )
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
-    at_tick: Ticks | None = Field(None, description="as at_s, counted in ticks")
+    at_tick: Ticks | None = Field(None, validate_default=True, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
-    for_ticks: Ticks | None = Field(None, description="as for_s, counted in ticks")
+    for_ticks: Ticks | None = Field(None, validate_default=True, description="as for_s, counted in ticks")
     every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
-    every_ticks: Ticks | None = Field(None, description="as every_s, counted in ticks")
+    every_ticks: Ticks | None = Field(None, validate_default=True, description="as every_s, counted in ticks")
     probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
     value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
 
-    @model_validator(mode="wrap")
+    # each by its key, none over the whole table: what is wrong in a table is then told at once
+    @model_validator(mode="before")
     @classmethod
-    def _all_at_once(
-        cls, table: object, handler: ModelWrapValidatorHandler[FaultOptions], info: ValidationInfo
-    ) -> FaultOptions:
-        """Refuse a table for all that is wrong with it: keys, bounds and contradictions."""
-        wrong = _contradictions(table, info.context or {}) if isinstance(table, Mapping) else []
-        told: list[Any] = []
-        try:
-            made = handler(_with_value(table) if isinstance(table, Mapping) else table)
-        except ValidationError as error:
-            told = error.errors(include_url=False)
-        if not told and not wrong:
-            return made
-        told += [{"type": "value_error", "input": table, "ctx": {"error": ValueError(one)}} for one in wrong]
-        raise ValidationError.from_exception_data(cls.__name__, told)
+    def _own_value(cls, table: object) -> object:
+        """The default of its kind, where no value is given; None for a kind that needs one."""
+        if not isinstance(table, Mapping) or table.get("value") is not None:
+            return table
+        kind = KINDS.get((str(table.get("channel")), str(table.get("kind"))))
+        return table if kind is None else {**table, "value": kind.default}
 
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, name: str, info: ValidationInfo) -> str:
+        channel = info.data.get("channel")
+        if channel is not None and (channel, name) not in KINDS:
+            raise ValueError(_no_such_kind(channel, name))
+        if channel == "loop" and (info.context or {}).get("clock") == "virtual":
+            msg = 'nothing stalls on a virtual clock; set [loop] clock = "wall"'
+            raise ValueError(msg)
+        return name
 
-def _with_value(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table with the default value of its kind, where it gives none."""
-    found = _kind_of(table)
-    default = found.default if found is not None and table.get("value") is None else None
-    return dict(table) if default is None else {**table, "value": default}
+    @field_validator("axis")
+    @classmethod
+    def _there(cls, axis: int | None, info: ValidationInfo) -> int | None:
+        if axis is None or not {"channel", "kind"} <= info.data.keys():
+            return axis
+        axes = places(info.data["channel"], (info.context or {}).get("n_axes", MAX_AXES))
+        if axis >= axes:
+            msg = f"{axis} is not there; must be below {axes}"
+            raise ValueError(msg)
+        return axis
 
+    @field_validator("at_tick", "for_ticks", "every_ticks")
+    @classmethod
+    def _one_of_two(cls, ticks: int | None, info: ValidationInfo) -> int | None:
+        name = str(info.field_name).partition("_")[0]
+        if f"{name}_s" not in info.data:  # refused already
+            return ticks
+        seconds = info.data[f"{name}_s"]
+        both = f"give one of {name}_s and {info.field_name}"
+        if name == "every":
+            if seconds is not None and ticks is not None:
+                raise ValueError(f"{both}, or neither")
+            due = info.data.get("for_s") or info.data.get("for_ticks")
+            if (seconds or ticks) and {"for_s", "for_ticks"} <= info.data.keys() and not due:
+                msg = "a fault that is due for ever cannot come again; give for_s or for_ticks"
+                raise ValueError(msg)
+        elif (seconds is None) == (ticks is None):
+            raise ValueError(both + ("; 0 is for ever" if name == "for" else ""))
+        return ticks
 
-def _kind_of(table: Mapping[str, Any]) -> Kind | None:
-    channel, name = table.get("channel"), table.get("kind")
-    if not isinstance(channel, str) or not isinstance(name, str):
-        return None
-    return KINDS.get((channel, name))
-
-
-def _contradictions(table: Mapping[str, Any], rig: Mapping[str, Any]) -> list[str]:
-    """What no key by itself shows, of a table that may be anything."""
-    channel, name = table.get("channel"), table.get("kind")
-    kind = _kind_of(table)
-    wrong = _of_kind(table, kind, rig) if kind is not None else []
-    if kind is None and isinstance(channel, str) and isinstance(name, str):
-        wrong.append(_no_such_kind(channel, name))
-    for first, second in (("at_s", "at_tick"), ("for_s", "for_ticks")):
-        if (table.get(first) is None) == (table.get(second) is None):
-            never = "; 0 is for ever" if first == "for_s" else ""
-            wrong.append(f"{first}, {second}: give one of the two{never}")
-    if table.get("every_s") is not None and table.get("every_ticks") is not None:
-        wrong.append("every_s, every_ticks: give one of the two, or none")
-    lasts = [table[key] for key in ("for_s", "for_ticks") if table.get(key) is not None]
-    if (table.get("every_s") or table.get("every_ticks")) and lasts and not any(lasts):
-        wrong.append("every: a fault that is due for ever cannot come again; give for_s or for_ticks")
-    return wrong
-
-
-def _of_kind(table: Mapping[str, Any], kind: Kind, rig: Mapping[str, Any]) -> list[str]:
-    """What does not fit the kind, or the rig, whose facts are checked where they are given."""
-    channel, name, value, axis = (table.get(key) for key in ("channel", "kind", "value", "axis"))
-    wrong = []
-    # no size is meant by itself: whoever scripts a jump says how far
-    if value is None and kind.default is None:
-        wrong.append(f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}")
-    if isinstance(value, int | float) and not kind.low <= value <= kind.high:
-        bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
-        wrong.append(f"value: {value} of {channel} {name}: {bound}")
-    axes = places(str(channel), rig.get("n_axes", MAX_AXES))
-    if isinstance(axis, int) and axes <= axis < MAX_AXES:  # beyond, its own bound is told
-        wrong.append(f"axis: {axis} is not there; must be below {axes}")
-    if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":
-        wrong.append('channel loop: nothing stalls on a virtual clock; set [loop] clock = "wall"')
-    return wrong
+    @field_validator("value", mode="before")
+    @classmethod
+    def _of_its_kind(cls, value: object, info: ValidationInfo) -> object:
+        if not {"channel", "kind"} <= info.data.keys():
+            return value
+        channel, name = info.data["channel"], info.data["kind"]
+        kind = KINDS[channel, name]
+        if value is None:
+            # no size is meant by itself: whoever scripts a jump says how far
+            msg = f"{channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
+            raise ValueError(msg)
+        if isinstance(value, int | float) and not kind.low <= value <= kind.high:
+            bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
+            msg = f"{value} of {channel} {name}: {bound}"
+            raise ValueError(msg)
+        return value
 
 
 def _no_such_kind(channel: str, name: str) -> str:
     channels = sorted({known for known, _ in KINDS})
     if channel not in channels:
-        return f"channel: no channel {channel!r}; there are: {', '.join(channels)}"
+        return f"no channel {channel!r}; there are: {', '.join(channels)}"
     kinds = ", ".join(kind for known, kind in KINDS if known == channel)
-    return f"kind: {channel} has no kind {name!r}; it has: {kinds}"
+    return f"{channel} has no kind {name!r}; it has: {kinds}"
 
 
 class Schedule(BaseModel):

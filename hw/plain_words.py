@@ -222,7 +222,13 @@ def _length(_key: Key, fault: Mapping[str, Any], _info: FieldInfo | None, _holde
 def _own_words(_key: Key, fault: Mapping[str, Any], _info: FieldInfo | None, _holders: list[Any]) -> str:
     text = str(fault.get("ctx", {}).get("error") or fault["msg"].removeprefix("Value error, "))
     given = fault.get("input")
-    told = isinstance(given, Mapping | list | tuple | BaseModel) or shown(given) in text or str(given) in text
+    # None: nothing was given
+    told = (
+        given is None
+        or isinstance(given, Mapping | list | tuple | BaseModel)
+        or shown(given) in text
+        or str(given) in text
+    )
     return text if told else f"{text} (got {shown(given)})"
 
 

@@ -58,7 +58,7 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
     "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
-    "14 recording broken, 141 nobody reads the output, 1 anything else.",
+    "14 recording broken, 130 Ctrl-C, 141 nobody reads the output, 1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:
@@ -180,7 +180,10 @@ def _outcome() -> int:
 
 
 def _interrupted() -> int:
-    click.echo("interrupted", err=True)
+    if "--json" in sys.argv:
+        click.echo(json_text({"error": "Interrupted", "message": "interrupted", "exit_code": 130}))
+    else:
+        click.echo("interrupted", err=True)
     return 130
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 from rtctl.cli.unread import refuse_unread
@@ -34,7 +34,9 @@ READ = {
 
 @click.command("campaign")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of everything random")
-@click.option("--rigs", type=click.IntRange(1, 1_000_000), default=1000, show_default=True)
+@click.option(
+    "--rigs", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="random rigs"
+)
 @click.option(
     "--ticks",
     type=click.IntRange(1, 10_000_000),
@@ -150,8 +152,9 @@ def command(
             with bar(rigs, "rigs") as done:
                 found = campaign.run(order, jobs, done)
         text, result, broken = _text(found), found.as_dict(), found.violations
-    click.echo(json_text(result) if as_json else text)
-    # after the object is out: the status says the same to a script that reads nothing
+    if as_json:
+        end_with(result, 1 if broken else 0)
+    click.echo(text)
     if broken:
         sys.exit(1)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ import click
 from hw.motion import words
 from rtctl.check.verdict import Outcome
 from rtctl.cli.check_lines import axis_lines
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.outputs import OutputFile
 from rtctl.errors import StabilityError
 
@@ -59,12 +58,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         ]
         body["recommended"] = [asdict(one) for one in advices]
         body["warnings"] = [one.text for one in advices if not one.ok]
-        if not report.ok:  # here, not by `cli.report`: standard output is one object
-            body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
-        click.echo(json_text(body, indent=2))
-        if not report.ok:
-            sys.exit(StabilityError.exit_code)
-        return
+        end_with(body, 0 if report.ok else StabilityError, indent=2)
     click.echo(f"{report.path}\nrig {report.rig}, {1 / report.period_s:g} Hz")
     for axis in report.axes:
         click.echo(f"\naxis {axis.name}")

@@ -6,16 +6,21 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS
+from hw.interface import BackendError
+from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, name
 from hw.outside import read_toml
+from hw.playback.columns import read_table
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.text_rows import is_number
 from hw.playback.units import OTHERS, SPELT, unread
 from rtctl.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rtctl.rig_file.axis_tables import AxisTable
 
 _LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
 # "": NAME::SCALE has a scale and no unit
@@ -110,3 +115,18 @@ def _scale(text: str, scale: str) -> str:
     except ValueError as error:
         raise click.BadParameter(f"{text!r}: the scale must be a number") from error
     return scale
+
+
+def own_columns(axis: AxisTable) -> tuple[str, ...]:
+    """Columns of an axis in a recording of rtctl's own; a force sensor that is not there shows no torque."""
+    roles = (("position", "position_rad"), ("torque", "motor_torque_nm"), ("external", "hand_torque_nm"))
+    return tuple(f"{role}={name(field, axis.motion)}.{axis.name}" for role, field in roles)
+
+
+def held_columns(log: Path) -> str:
+    """What columns there are, in the words in which the reader refuses one that is not."""
+    try:
+        read_table(log, ("position or torque",))
+    except BackendError as error:
+        return f"\n  {error}"
+    return ""

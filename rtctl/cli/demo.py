@@ -12,7 +12,7 @@ import click
 
 from hw.motion import name, words
 from rtctl.cli.invocation import as_run, shown
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 from rtctl.simulation.shipped_files import shipped
@@ -28,7 +28,7 @@ from rtctl.simulation.shipped_files import shipped
 def command(config: Path | None, measure: float, plot: Path | None, *, as_json: bool) -> None:
     """Feel the difference: a simulated hand moves a simulated rig, friction compensation off, then on."""
     from rtctl.cli.demo_run import Demo
-    from rtctl.errors import ConfigError
+    from rtctl.errors import ConfigError, FaultError
     from rtctl.host.supervisor import Host
     from rtctl.rig_file.config import load
     from rtctl.simulation.shipped_files import shipped_config
@@ -60,10 +60,15 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
 
         draw(plot, *demo.trace(), demo.switch_s, (off, on), motion)
         summary["picture"] = str(plot)
+    ended = FaultError if summary["fault_first"] else 130 if not all(one.count for one in demo.phases) else 0
     if as_json:
-        click.echo(json_text(summary))
-    else:
-        click.echo("\n" + "\n".join(_table(summary, felt, motion)))
+        end_with(summary, ended)
+    click.echo("\n" + "\n".join(_table(summary, felt, motion)))
+    if isinstance(ended, type):
+        raise FaultError(f"the demonstration ended with a latched fault: {', '.join(summary['faults'])}")
+    if ended:
+        click.echo("rtctl: stopped before all was measured", err=True)
+        sys.exit(ended)
 
 
 def _progress(*, quiet: bool, motion: str) -> Callable[[float, float, str, float], None]:
@@ -91,12 +96,11 @@ def _table(summary: dict[str, Any], felt: dict[str, float], motion: str) -> list
     wakeup, cycle = summary["wakeup_us"], summary["cycle_us"]
     torque = (
         "hand torque, RMS",
-        f"  compensation off   {felt['off']:.4f} N m",
-        f"  compensation on    {felt['on']:.4f} N m",
+        *(f"  compensation {one:<6}{_figure(felt[one], '.4f')} N m" for one in ("off", "on")),
     )
     return [
         *(words(line, motion) for line in torque),
-        f"  reduction          {100 * felt['reduction']:.1f} %",
+        f"  reduction          {_figure(100 * felt['reduction'], '.1f')} %",
         f"ticks                {summary['ticks']} at {summary['rate_hz']:g} Hz, {summary['missed_ticks']} "
         "missed",
         "wake-up latency, us  " + "  ".join(f"{name} {value:g}" for name, value in wakeup.items()),
@@ -114,6 +118,10 @@ def _table(summary: dict[str, Any], felt: dict[str, float], motion: str) -> list
         ),
         *_next(shown(shipped("docs/protocol.md")), "write a virtual world in any language"),
     ]
+
+
+def _figure(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "-"
 
 
 def _next(command: str, why: str) -> list[str]:

@@ -11,7 +11,7 @@ import click
 
 from rtctl.cli.colour import coloured
 from rtctl.cli.invocation import as_run
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, runtime_option
 from rtctl.cli.unread import refuse_unread
@@ -35,7 +35,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 @click.option(
     "--watch", is_flag=True, help="follow a running rig instead: its late ticks, and why they were late"
 )
-@click.option("--seconds", "watch_s", type=Number(0.1, 1e6), help="end --watch after so long")
+@click.option("--for", "--seconds", "watch_s", type=Number(0.1, 1e6), help="end --watch after so long")
 @runtime_option
 @click.option("--no-timing", is_flag=True, help="leave the wake-up measurement out")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
@@ -90,11 +90,10 @@ def command(
             "lines": [line.as_dict() for line in report.lines],
             "wakeup": None if report.wakeups is None else asdict(report.wakeups),
         }
-        click.echo(json_text(body))
-    else:
-        for line in machine_wakeup.histogram(report.wakeups) if report.wakeups else []:
-            click.echo(f"      {line}")
-        failed = sum(line.status == "fail" for line in report.lines)
-        warned = sum(line.status == "warn" for line in report.lines)
-        click.echo(f"{failed} failed, {warned} to improve, {len(report.lines) - failed - warned} ok")
+        end_with(body, 0 if report.ok else 1)
+    for line in machine_wakeup.histogram(report.wakeups) if report.wakeups else []:
+        click.echo(f"      {line}")
+    failed = sum(line.status == "fail" for line in report.lines)
+    warned = sum(line.status == "warn" for line in report.lines)
+    click.echo(f"{failed} failed, {warned} to improve, {len(report.lines) - failed - warned} ok")
     sys.exit(0 if report.ok else 1)

@@ -15,15 +15,29 @@ from rtctl.cli.recording_argument import RecordingFile
 @click.command("drift")
 @click.argument("file", type=RecordingFile())
 # both defaults are those of [axis.friction.drift], by which a running rig warns
-@click.option("--warn", "warn_share", type=Number(0.05, 0.5), default=0.1, show_default=True)
-@click.option("--window", "window_s", type=Number(10, 300), default=24.0, show_default=True, metavar="S")
+@click.option(
+    "--warn",
+    "warn_share",
+    type=Number(0.05, 0.5),
+    default=0.1,
+    show_default=True,
+    help="change that is warned of, a share of the dry friction",
+)
+@click.option(
+    "--window",
+    "window_s",
+    type=Number(10, 300),
+    default=24.0,
+    show_default=True,
+    metavar="S",
+    help="seconds of sliding that one estimate is made of",
+)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) -> None:
     """Compare the friction in the recording FILE, over all its parts, with the model that it ran with.
 
-    Needs an ordinary motion with a force sensor: strokes that are long against the bristles. --warn is the
-    change that is warned of, a share of the dry friction; --window the seconds of sliding that one estimate
-    is made of. A running rig says the same by itself (docs/friction.md)."""
+    Needs an ordinary motion with a force sensor: strokes that are long against the bristles. A running
+    rig says the same by itself (docs/friction.md)."""
     from rtctl.friction.drift_recorded import over_ticks
     from rtctl.recording.reader import RecordingReader, all_parts
     from rtctl.rig_file.friction_tables import DriftTable

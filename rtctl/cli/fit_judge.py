@@ -13,7 +13,7 @@ from click.core import ParameterSource
 
 from hw.motion import named, speed_scale
 from rtctl.cli.fit_points import tell_doubts
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.outputs import in_units_of
 
 if TYPE_CHECKING:
@@ -84,26 +84,25 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     beyond = not_judged(found)
     judged = {"model": str(path), "holds": not said, "faults": said, "not_judged": beyond, "directions": rows}
     if as_json:
-        click.echo(json_text(named(judged, points.motion), indent=2))
-    else:
-        with in_units_of(points.motion):
-            click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
-            speeds = [row["worst_at_rad_s"] for row in rows]
-            unit, factor = speed_scale(
-                points.motion, max((abs(one) for one in speeds if one is not None), default=1.0)
-            )
-            for text, key, times in _ROWS:
-                slow = text == "at, rad/s"
-                label, scale = (f"at, {unit}", times * factor) if slow else (text, times)
-                cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
-                click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
-            click.echo(
-                "\nthe model holds on these points" + (", as far as it was trained:" if beyond else "")
-                if not said
-                else f"\nthe model {headed(found)} on these points:"
-            )
-            for fault in (*said, *beyond):
-                click.echo(f"  {fault}")
-    # no code of an error: the command did what was asked, and the answer is no
+        # no code of an error: the command did what was asked, and the answer is no
+        end_with(named(judged, points.motion), 1 if said else 0, indent=2)
+    with in_units_of(points.motion):
+        click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
+        speeds = [row["worst_at_rad_s"] for row in rows]
+        unit, factor = speed_scale(
+            points.motion, max((abs(one) for one in speeds if one is not None), default=1.0)
+        )
+        for text, key, times in _ROWS:
+            slow = text == "at, rad/s"
+            label, scale = (f"at, {unit}", times * factor) if slow else (text, times)
+            cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
+            click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
+        click.echo(
+            "\nthe model holds on these points" + (", as far as it was trained:" if beyond else "")
+            if not said
+            else f"\nthe model {headed(found)} on these points:"
+        )
+        for fault in (*said, *beyond):
+            click.echo(f"  {fault}")
     if said:
         sys.exit(1)

@@ -13,7 +13,7 @@ import click
 
 from hw.motion import named, words
 from rtctl.cli.identify_report import summary_of, tell, true_deviations
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of, in_units_of
 from rtctl.cli.progress import Bar
@@ -189,10 +189,9 @@ def command(
     truth = true_deviations(loaded, rig.axis, dataset) if loaded.config.simulated else ()
     summary = summary_of(dataset, time.monotonic() - began, truth)
     if as_json:
-        click.echo(json_text(named(summary, rig.motion)))
-    else:
-        with in_units_of(rig.motion):
-            tell(dataset, summary, truth, complete=complete)
+        end_with(named(summary, rig.motion), 0 if complete else 130)
+    with in_units_of(rig.motion):
+        tell(dataset, summary, truth, complete=complete)
     if not complete:
         click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)
         sys.exit(130)

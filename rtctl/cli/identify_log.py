@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hw.motion import name, named, of_units, words
-from rtctl.cli.columns import tables, text_of, text_options
+from rtctl.cli.columns import held_columns, own_columns, tables, text_of, text_options
 from rtctl.cli.identify_log_text import (
     fit_lines,
     reversal_lines,
@@ -59,7 +59,7 @@ _POSITIVE = Number(min=0, max=1e9, min_open=True)
     type=click.Path(path_type=Path),
     multiple=True,
     required=True,
-    help="text, npz, npy, MATLAB, HDF5, Parquet or a recording (MCAP); may be repeated",
+    help="text, npz, MATLAB, HDF5, JSON, TDMS, Parquet or MCAP (docs/logs.md); may be repeated",
 )
 @click.option(
     "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"
@@ -153,8 +153,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
     rig_axis = _axis(config, axis)
     register()
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
-        columns = _own_columns(rig_axis)
-    mapped = _tables(columns, map_file)
+        columns = own_columns(rig_axis)
+    mapped = _tables(logs[0], columns, map_file)
     known, warmth = dict(mapped), mapped.pop("temperature", None)
     taken = () if config else ungeared(mapped, gearing)
     unsaid, unknown = ((), ()) if config else unheld(mapped, gearing)
@@ -246,17 +246,14 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None, motion: 
     return Gearing(**value, motion=moves, lead_m=lead_m).of_screw()
 
 
-def _own_columns(axis: AxisTable) -> tuple[str, ...]:
-    """Columns of an axis in a recording of rtctl's own; a force sensor that is not there shows no torque."""
-    roles = (("position", "position_rad"), ("torque", "motor_torque_nm"), ("external", "hand_torque_nm"))
-    return tuple(f"{role}={name(field, axis.motion)}.{axis.name}" for role, field in roles)
-
-
-def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
+def _tables(log: Path, columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles."""
     given = tables(columns, map_file, tuple(ROLES))
     if "position" not in given or not {"current", "torque", "external"} & set(given):
-        raise ConfigError("map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT")
+        raise ConfigError(
+            "map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT"
+            + held_columns(log)
+        )
     for table in given.values():  # a recording of rtctl's own says by its names that an axis is linear
         unit = OWN_LINEAR.get(str(table.get("column")).partition(".")[0])
         if unit and "unit" not in table:

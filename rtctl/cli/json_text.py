@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import json
+import sys
+from typing import NoReturn
+
+import click
 
 from rtctl.cli.invocation import as_run
+from rtctl.errors import RtctlError
 from rtctl.plain_data import Plain, as_data
 
 
@@ -13,6 +18,18 @@ def json_text(value: object, indent: int | None = None) -> str:
     terminal."""
     # allow_nan: NaN is no JSON, and many readers stop at it; `as_data` has made it null before
     return json.dumps(_as_run(as_data(value)), indent=indent, allow_nan=False)
+
+
+def end_with(body: object, ended: type[RtctlError] | int, indent: int | None = None) -> NoReturn:
+    """End the command with its one object on standard output.
+
+    `ended` is a class of errors, or an exit code that no error has (0, 1: the answer is no, 130: Ctrl-C).
+    Unless it is 0 the object says it too, as that of an error does: `exit_code`, and `error`."""
+    code = ended if isinstance(ended, int) else ended.exit_code
+    if code and isinstance(body, dict):
+        body = {**body, **({} if isinstance(ended, int) else {"error": ended.__name__}), "exit_code": code}
+    click.echo(json_text(body, indent))
+    sys.exit(code)
 
 
 def _as_run(value: Plain) -> Plain:

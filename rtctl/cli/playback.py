@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,9 @@ from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
     from rtctl.simulation.playback_job import Job
+
+# a warning about a log is one of both commands, and this one lacks what some of them name
+_OF_IDENTIFY = re.compile(r"--(?:torque-delay|keep-offset|offset-is-zero|by-load|gear-ratio|rate-hz)\b")
 
 
 def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dict[str, Any] | None:
@@ -74,7 +78,13 @@ _OF_LEARNING = {"save_model", "plot", "presliding_rad", "train_share", "epsilon_
     help="zero of the torque sensor: half way between the directions, in each log; or as recorded",
 )
 @click.option("--train-share", type=Number(0.1, 1.0), default=1.0, help="train on the first part only")
-@click.option("--cutoff-hz", type=Number(0.1, 1e4), default=20.0, show_default=True)
+@click.option(
+    "--cutoff-hz",
+    type=Number(0.1, 1e4),
+    default=20.0,
+    show_default=True,
+    help="low-pass of what is learned from",
+)
 @click.option(
     "--speed-min-rad-s",
     "--speed-min-m-s",
@@ -141,13 +151,19 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
         lines.append(f"         presliding length: {_presliding(fit['presliding'], result['motion'])}")
-        lines += [f"warning  {text}" for text in fit["warnings"]]
+        lines += _warnings(fit["warnings"])
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))
     lines += _interaction(result["interaction"]) if "interaction" in result else []
     lines += [f"figure   {job.plot}"] if job.plot else []
     return lines
+
+
+def _warnings(texts: list[str]) -> list[str]:
+    others = ", ".join(sorted({option for text in texts for option in _OF_IDENTIFY.findall(text)}))
+    told = f"         ({others}: of `rtctl identify --log`, whose points `rtctl fit` reads)"
+    return [*(f"warning  {text}" for text in texts), *([told] if others else [])]
 
 
 def _presliding(found: dict[str, Any] | None, motion: str) -> str:

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 _FILE = RecordingFile()
 _FROM = click.option(
-    "--from", "from_s", type=Number(), default=0.0, show_default=True, help="s from the first tick"
+    "--from", "from_s", type=Number(0), default=0.0, show_default=True, help="s from the first tick"
 )
 _TO = click.option(
-    "--to", "to_s", type=Number(), default=math.inf, help="s from the first tick; default: the end"
+    "--to", "to_s", type=Number(0), default=math.inf, help="s from the first tick; default: the end"
 )
 _FIELDS = click.option(
     "--fields", help="tick fields, separated by commas, one panel each; default: the usual ones"
@@ -73,8 +73,10 @@ def compare(
     if as_json:
         click.echo(json_text({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
         return
-    # the end of a name has session and part, its begin the rig, which both share
-    click.echo(f"{'':36}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
+    for letter, file, one in (("A", a, found[0]), ("B", b, found[1])):
+        rested = "" if one["work_s"] else "  (never ACTIVE with full authority: no RMS)"
+        click.echo(f"{letter}  {file}{rested}")
+    click.echo(f"{'':36}{'A':>24}{'B':>24}{'change':>10}")
     for key in found[0]:
         for text in _lines(key, found[0][key], found[1][key], runs[0]):
             click.echo(text)
@@ -84,7 +86,7 @@ def compare(
 
 def _lines(key: str, one: object, two: object, run: Run) -> list[str]:
     """Rows of the table: one per axis, with the name that the figure has on an axis of this motion."""
-    if not isinstance(one, list) or not isinstance(two, list):
+    if not key.endswith("_rms") or not isinstance(one, list) or not isinstance(two, list):
         return [_line(key, one, two)]
     n = max(len(one), len(two))
     names = [f"{own_name(key.removesuffix('_rms'), run.motion(i))}_rms" for i in range(n)]
@@ -98,7 +100,12 @@ def _lines(key: str, one: object, two: object, run: Run) -> list[str]:
 
 def _line(name: str, one: object, two: object) -> str:
     def text(value: object) -> str:
-        return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+        if isinstance(value, list):
+            return ", ".join(value) or "none"
+        # NaN: nothing of it was measured
+        if value is None or value != value:
+            return "-"
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     change = ""
     # of nothing nothing is a share

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hw.motion import words
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 
 # a script waits for an end; two seconds show a rate of some samples a second as well
@@ -21,7 +21,9 @@ JSON_SECONDS = 2.0
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--device", metavar="N", help="only this one: its number or its name in the rig file")
 @click.option(
+    "--for",
     "--seconds",
+    "seconds",
     type=Number(0.01, 1e6),
     help="stop after this long; default: Ctrl-C, with --json 2 seconds",
 )
@@ -91,8 +93,7 @@ def command(
     torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
         body = {"ok": not bad, "devices": reports, "actuators": torque}
-        click.echo(json_text(body))
-        sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
+        end_with(body, DeviceError if bad else 130 if interrupted else 0)
     _show()
     click.echo("\n".join(_actuator_line(one) for one in torque))
     if bad:

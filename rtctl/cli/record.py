@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 from rtctl.cli.rig_argument import is_rig_file, only_rig, rig_argument, runtime_option
@@ -58,11 +58,9 @@ def command(
     for status in done:
         if not as_json:
             click.echo(_line(status) + f", in {status['folder']}")
-    if as_json:
-        click.echo(json_text({"recordings": done}))
     broken = [status["broken"] for status in done if status["broken"]]
-    if broken and as_json:  # the object says it; nothing may follow it
-        sys.exit(RecordingError.exit_code)
+    if as_json:
+        end_with({"recordings": done}, RecordingError if broken else 0)
     if broken:
         raise RecordingError(f"the recording is broken: {broken[0]}")
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
 from hw.motion import words
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.outputs import OutputFile
 from rtctl.cli.recording_argument import RecordingFile
 
 if TYPE_CHECKING:
-    from rtctl.errors import RtctlError
     from rtctl.recording.reader import RecordingReader
     from rtctl.recording.replay import Verdict
 
@@ -67,8 +65,8 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
         body = {**asdict(verdict), "same_law_sources": same_law}
-        bad = RecordingError if verdict.stopped else None
-        _one_object(body, bad if verdict.first is None else ReplayDiffersError)
+        bad = RecordingError if verdict.stopped else 0
+        end_with(body, bad if verdict.first is None else ReplayDiffersError)
     click.echo(text)
     if missing := reader.missing_fields():
         click.echo(
@@ -94,14 +92,6 @@ def _motion(reader: RecordingReader) -> str:
     return "linear" if set(reader.motions) == {"linear"} else "rotary"
 
 
-def _one_object(body: dict[str, Any], error: type[RtctlError] | None) -> NoReturn:
-    """End with one object on standard output, which says the error, too: here, not by `cli.report`."""
-    if error is not None:
-        body |= {"error": error.__name__, "exit_code": error.exit_code}
-    click.echo(json_text(body))
-    sys.exit(0 if error is None else error.exit_code)
-
-
 def _require_whole(verdict: Verdict) -> None:
     """Refuse to call a recording with gaps replayed: what comes after the first was not looked at."""
     from rtctl.errors import RecordingError
@@ -124,7 +114,7 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
     if as_json:
         verdict = comparison.verdict
         body = {"ticks": verdict.ticks, "stopped": verdict.stopped, **found}
-        _one_object(body, RecordingError if verdict.stopped else None)
+        end_with(body, RecordingError if verdict.stopped else 0)
     active = found.pop("active_s")
     click.echo(
         f"{comparison.verdict.ticks} ticks; ACTIVE {active['recorded']:.3f} s, with {config.name} "

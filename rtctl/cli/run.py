@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 from rtctl.terminal import Grade, graded
@@ -148,16 +147,16 @@ def _tell_end(summary: dict[str, Any], *, as_json: bool) -> None:
     from rtctl.errors import FaultError, RecordingError
     from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
 
-    with streams_that_never_wait(LAST_WORDS_S):
-        click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
     # both: most runs end in SHUTDOWN, whatever was latched before
-    if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
-        if as_json:  # the summary says it; nothing may follow it
-            sys.exit(FaultError.exit_code)
-        raise FaultError(f"the run ended with a latched fault: {_cause(summary)}")
-    if (summary["recording"] or {}).get("broken"):
+    faulted = summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]
+    broken = (summary["recording"] or {}).get("broken")
+    with streams_that_never_wait(LAST_WORDS_S):
         if as_json:
-            sys.exit(RecordingError.exit_code)
+            end_with(summary, FaultError if faulted else RecordingError if broken else 0)
+        click.echo("\n".join(_lines(summary)))
+    if faulted:
+        raise FaultError(f"the run ended with a latched fault: {_cause(summary)}")
+    if broken:
         raise RecordingError(f"the recording has gaps: {summary['recording']['broken']}")
 
 

@@ -9,7 +9,14 @@ from rtctl.cli.json_text import json_text
 
 
 @click.command("schema")
-@click.option("--of", "subject", type=click.Choice(["tick", "config"]), default="tick", show_default=True)
+@click.option(
+    "--of",
+    "subject",
+    type=click.Choice(["tick", "config"]),
+    default="tick",
+    show_default=True,
+    help="whose schema",
+)
 @click.option("--axes", type=click.IntRange(1, 8), default=1, show_default=True, help="axes of the rig")
 @click.option(
     "--motion",

@@ -123,7 +123,7 @@ def status(name: str) -> None:
 @command.command("logs")
 @click.argument("name")
 @click.option("-f", "--follow", is_flag=True, help="go on showing new lines")
-@click.option("-n", "--lines", type=click.IntRange(1), default=100, show_default=True)
+@click.option("-n", "--lines", type=click.IntRange(1), default=100, show_default=True, help="newest lines")
 def logs(name: str, lines: int, *, follow: bool) -> None:
     """Show the journal of rig NAME."""
     more = ["-f"] if follow else []

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
-from rtctl.cli.json_text import json_text
+from rtctl.cli.json_text import end_with
 
 
 @click.command("stop-rig")
@@ -27,8 +26,7 @@ def command(config: Path, *, as_json: bool) -> None:
     stopped = SafeStop(load(config)).now()
     bad = [one for one in stopped if not one.confirmed]
     if as_json:
-        click.echo(json_text({"ok": not bad, "devices": [one.as_dict() for one in stopped]}))
-        sys.exit(DeviceError.exit_code if bad else 0)
+        end_with({"ok": not bad, "devices": [one.as_dict() for one in stopped]}, DeviceError if bad else 0)
     for one in stopped:
         if one.confirmed:
             click.echo(one.text())

@@ -105,17 +105,17 @@ class Dataset:
             It is not there, is damaged, or was begun with another rig file or other settings."""
         document = read_document(folder)
         same = {
-            "rig file": (document["config_sha256"], loaded.sha256),
-            "rig": (document["rig"], loaded.config.rig.name),
+            "another rig file": (document["config_sha256"], loaded.sha256),
+            "another rig": (document["rig"], loaded.config.rig.name),
             # points of the simulated rig among measured ones would be believed
-            "simulated": (document["simulated"], simulated),
+            "a simulated rig, or not": (document["simulated"], simulated),
             # a setting that came later has its default in an older data set
-            "settings": (asdict(replace(Settings(), **document["settings"])), asdict(settings)),
+            "other settings": (asdict(replace(Settings(), **document["settings"])), asdict(settings)),
         }
-        for what, (before, now) in same.items():
+        for other, (before, now) in same.items():
             if before != now:
                 raise DataError(
-                    f"{folder}: was begun with another {what} ({_difference(before, now)}); "
+                    f"{folder}: was begun with {other} ({_difference(before, now)}); "
                     "points of two would not belong together: use the same, or begin a new --out"
                 )
         document["skipped"] = []  # whatever was given up is tried again

@@ -15,7 +15,7 @@ import numpy as np
 
 from hw.motion import name as own_name
 from hw.motion import unit
-from rtctl.errors import ConfigError, DataError, RtctlError
+from rtctl.errors import DataError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 from rtctl.tick import tick_dtype
@@ -48,10 +48,9 @@ def export(
 
     Raises
     ------
-    ConfigError
-        A field that does not exist, or some fields only for MCAP, which has whole ticks.
     DataError
-        It cannot be written, or is to be MCAP and has no tick.
+        A field that does not exist, some fields only for MCAP, which has whole ticks, a file that cannot be
+        written, or one that is to be MCAP and has no tick.
     RtctlError
         Parquet without pyarrow."""
     names = _names(fields)
@@ -124,7 +123,7 @@ def _names(fields: tuple[str, ...]) -> list[str]:
     known = [*TIMES, *(field.name for field in RECORDED)]
     unknown = [name for name in fields if name not in known]
     if unknown:
-        raise ConfigError(f"no tick field is called {', '.join(unknown)}; docs/tick.md lists them")
+        raise DataError(f"no tick field is called {', '.join(unknown)}; docs/tick.md lists them")
     return list(fields) or known  # all of them, where none is named
 
 
@@ -200,7 +199,7 @@ def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progr
     from rtctl.recording.setup import Setup
 
     if names != _names(()):
-        raise ConfigError("an MCAP file has whole ticks: leave out --fields")
+        raise DataError("an MCAP file has whole ticks: leave out --fields")
     attachments = {name: ("application/octet-stream", data) for name, data in reader.attachments.items()}
     # beside the result: it is renamed into place, which no other file system takes
     with TemporaryDirectory(prefix=".export", dir=path.parent) as folder:

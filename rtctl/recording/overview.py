@@ -89,7 +89,7 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         "lost": seen.lost,
         "missed": seen.missed,
         "states_s": {name: count * period_s for name, count in seen.states.items()},
-        "faults": _names(seen.faults),
+        "faults": names_of_faults(seen.faults),
         "events": dict(seen.events),
         "commands": seen.commands,
         "attachments": {name: len(data) for name, data in reader.attachments.items()},
@@ -125,7 +125,8 @@ def _has_state(reader: RecordingReader) -> bool:
         return False
 
 
-def _names(bits: int) -> list[str]:
+def names_of_faults(bits: int) -> list[str]:
+    """Names of the faults in the field `faults`; `BIT_k` of one that this version does not know."""
     from rtctl.control.vocabulary import Fault
 
     known = {int(fault): str(fault.name) for fault in Fault}

@@ -14,6 +14,7 @@ from hw.motion import unit
 from rtctl import pictures
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
+from rtctl.recording.overview import names_of_faults
 from rtctl.tick import FIELD, FIELDS
 
 if TYPE_CHECKING:
@@ -152,7 +153,7 @@ def figures(run: Run) -> dict[str, Any]:
         "work_s": len(work) * period_s,
         "missed_ticks": int(rows["missed_ticks"][-1] - rows["missed_ticks"][0]) if len(rows) else 0,
         # all that were there at any time
-        "faults": int(np.bitwise_or.reduce(rows["faults"])) if len(rows) else 0,
+        "faults": names_of_faults(int(np.bitwise_or.reduce(rows["faults"])) if len(rows) else 0),
     }
     for name in TORQUES:
         out[f"{name}_rms"] = _rms(work[name])
@@ -168,7 +169,9 @@ def figures(run: Run) -> dict[str, Any]:
 def _rms(values: np.ndarray) -> list[float]:
     if len(values) == 0:
         return []
-    # a torque that was not measured is NaN, and would take the mean of all others with it
-    finite = np.where(np.isfinite(values), values, 0.0)
-    rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist()
+    # a torque that was not measured is NaN: as 0 it would make the mean of the others smaller
+    finite = np.isfinite(values)
+    count = finite.sum(axis=0)
+    square = np.square(values, where=finite, out=np.zeros(values.shape)).sum(axis=0)
+    rms: list[float] = np.sqrt(np.where(count, square / np.maximum(count, 1), np.nan)).tolist()
     return rms

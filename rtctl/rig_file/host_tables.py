@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 
 from pydantic import Field, model_validator
@@ -95,11 +96,13 @@ class GatewayTable(Table):
 
 
 def _check_address(text: str) -> None:
-    try:
+    address = None
+    with contextlib.suppress(ValueError):
         address = ipaddress.IPv4Address(text)
-    except ValueError:
+    # 0.0.0.0 is every network of the machine, also those that nobody had in mind, and no address for a client
+    if address is None or address.is_unspecified:
         msg = f"bind {text!r}: an IPv4 address of this machine, such as 127.0.0.1, not a name or a wildcard"
-        raise ValueError(msg) from None
+        raise ValueError(msg)
     # else libzmq says at the start only that it cannot be assigned
     if address.is_multicast or address.is_reserved:
         msg = f"bind {text}: no address a machine can have"

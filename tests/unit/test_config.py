@@ -180,6 +180,7 @@ def test_the_example_above_is_toml():
     [
         ('[gateway]\nbind = "127.0.0.1"', "gateway", "rtctl keys new"),
         ('[gateway]\nbind = "*"\ncurve_dir = "keys"', "gateway", "wildcard"),
+        ('[gateway]\nbind = "0.0.0.0"\ncurve_dir = "keys"', "gateway", "wildcard"),
         ('[gateway]\nbind = "localhost"\ncurve_dir = "keys"', "gateway", "not a name"),
         ('[gateway]\nbind = "224.0.0.1"\ncurve_dir = "keys"', "gateway", "no address"),
         ('[gateway]\ncurve_dir = "keys"', "gateway", "no effect"),

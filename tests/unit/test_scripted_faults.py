@@ -80,7 +80,7 @@ def test_faults_can_be_scripted_anew_between_two_runs(loaded):
 
 
 def test_the_simulation_refuses_what_is_no_fault(loaded):
-    with pytest.raises(ConfigError, match=r"fault\[0\]: axis: 1 is not there; must be below 1"):
+    with pytest.raises(ConfigError, match=r"fault\[0\]\.axis: 1 is not there; must be below 1"):
         Simulation(loaded).script(
             [{"channel": "position", "kind": "nan", "at_tick": 0, "for_ticks": 1, "axis": 1}]
         )

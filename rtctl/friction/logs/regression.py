@@ -214,11 +214,13 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     if _moved_by(signals, late.value) < TOLD_CHANGE:
         return ()
     word = "late" if late.value > 0 else "early"
+    # both ends have the sign of the value: 0 is not between them
+    least, most = sorted((1e3 * abs(late.low), 1e3 * abs(late.high)))
     return (
         f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
-        f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous "
-        "friction and inertia are then wrong), or an elastic shaft or belt is between motor and encoder, or "
-        "friction is not Coulomb + viscous",
+        f"({least:.3g} to {most:.3g} ms): either it is (--torque-delay; viscous friction and inertia are "
+        "then wrong), or an elastic shaft or belt is between motor and encoder, or friction is not Coulomb + "
+        "viscous",
     )
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.cli.identify_log import _own_columns, _tables
+from rtctl.cli.columns import own_columns
+from rtctl.cli.identify_log import _tables
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
 
@@ -26,15 +27,17 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 )
 def test_columns_of_its_own_need_not_be_mapped(rig, position, torque):
     (axis,) = load(CONFIGS / rig).config.axis
-    tables = _tables(_own_columns(axis), None)
+    tables = _tables(Path(), own_columns(axis), None)
     assert tables["position"] == position
     assert tables["motor_torque"] == torque
     assert set(tables) == {"position", "motor_torque", "hand_torque"}
 
 
-def test_a_unit_that_is_given_counts_and_other_logs_are_still_mapped():
-    told = _tables(("position=position_m.joint:mm", "torque=motor_torque_n.joint:N"), None)
+def test_a_unit_that_is_given_counts_and_other_logs_are_still_mapped(tmp_path):
+    told = _tables(Path(), ("position=position_m.joint:mm", "torque=motor_torque_n.joint:N"), None)
     assert told["position"]["unit"] == "mm"
-    assert "unit" not in _tables(("position=x", "torque=y"), None)["position"]
-    with pytest.raises(ConfigError, match="map position and a torque"):
-        _tables((), None)
+    assert "unit" not in _tables(Path(), ("position=x", "torque=y"), None)["position"]
+    log = tmp_path / "a.csv"
+    log.write_text("t,winkel,moment\n0,1,2\n1,2,3\n")
+    with pytest.raises(ConfigError, match=r"map position and a torque(?s:.*)winkel, moment"):
+        _tables(log, (), None)

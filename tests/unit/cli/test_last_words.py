@@ -86,6 +86,11 @@ def test_for_a_script_the_line_is_json(ended):
     assert (code, body["exit_code"], body["message"], err) == (1, 1, "/x: Permission denied", "")
 
 
+def test_ctrl_c_is_an_object_for_a_script_too(ended):
+    code, out, err = ended(raising(KeyboardInterrupt()), "--json")
+    assert (code, json.loads(out)["exit_code"], err) == (130, 130, "")
+
+
 def test_a_mistake_in_rtctl_keeps_its_traceback(ended):
     with pytest.raises(ZeroDivisionError):
         ended(raising(ZeroDivisionError()))

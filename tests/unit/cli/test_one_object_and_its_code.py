@@ -3,6 +3,7 @@ when a motor is still on, or a name would have another folder taken away."""
 
 import json
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +12,9 @@ import pytest
 
 import rtctl.cli as program
 from rtctl.cli import operate
+from rtctl.cli.json_text import end_with
 from rtctl.errors import ClientError
+from rtctl.host import supervisor
 from rtctl.recording import incident as incidents
 from rtctl.recording import reader, replay
 from rtctl.recording.incident import Incident, write_incident
@@ -134,3 +137,27 @@ def test_a_name_that_is_a_path_takes_nothing_away(monkeypatch, capsys, tmp_path,
     assert run(monkeypatch, "service", "uninstall", name, "--purge", "--root", tmp_path) == 3
     assert "a letter, then at most 31" in capsys.readouterr().err
     assert all(Path(file).exists() for file in files)
+
+
+@pytest.mark.parametrize("ended", [0, 1, ClientError])
+def test_what_ends_in_a_no_says_so_in_its_object(capsys, ended):
+    with pytest.raises(SystemExit) as left:
+        end_with({"a": float("nan")}, ended)
+    told = json.loads(capsys.readouterr().out)
+    of_error = {"error": "ClientError", "exit_code": 12}
+    assert told == {"a": None} | {0: {}, 1: {"exit_code": 1}}.get(ended, of_error)
+    assert left.value.code == told.get("exit_code", 0)
+
+
+@pytest.mark.parametrize(("first", "code"), [("", 130), ("STALE", 11)])
+@pytest.mark.parametrize("more", [[], ["--json"]])
+def test_a_demonstration_that_was_stopped_has_no_figure(monkeypatch, capsys, first, code, more):
+    figures = {"ticks": 5, "rate_hz": 1000.0, "missed_ticks": 0, "wakeup_us": {}, "cycle_us": {}}
+    summary = {**figures, "state": "SHUTDOWN", "faults": [first], "fault_first": first}
+    host = SimpleNamespace(run=lambda: summary)
+    monkeypatch.setattr(supervisor, "Host", lambda *_a, **_k: nullcontext(host))
+    assert run(monkeypatch, "demo", *more) == code
+    told = capsys.readouterr()
+    if more:
+        assert json.loads(told.out)["exit_code"] == code
+    assert "nan" not in told.out.lower()

@@ -3,14 +3,17 @@
 import json
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from rtctl import pictures
+from rtctl.cli import cli as main_group
+from rtctl.cli import plot as plots
 from rtctl.cli.plot import _lines, compare
 from rtctl.cli.plot import command as plot
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError
 from rtctl.recording.panels import PANELS, Run, chosen_panels, figures, plot_runs
 from rtctl.tick import FIELD, new_ticks
@@ -56,6 +59,7 @@ def test_two_recordings_are_compared_in_numbers_and_a_picture(tmp_path):
     table = call(compare, A, B).output
     assert "hand_torque_nm_rms" in table
     assert "%" in table
+    assert table.startswith(f"A  {A}\nB  {B}\n")
     same = json.loads(call(compare, A, A, "--json").output)
     assert {**same["a"], "file": 0} == {**same["b"], "file": 0}
 
@@ -92,5 +96,31 @@ def test_only_ticks_at_work_count_and_nan_counts_as_nothing():
     assert found["hand_torque_nm_rms"] == [2.0]
     assert found["work_s"] == pytest.approx(0.04)
     rows["hand_torque_nm"][60:80] = np.nan
-    assert figures(Run("r", rows, ["joint"]))["hand_torque_nm_rms"] == [pytest.approx(2.0 * np.sqrt(0.5))]
+    assert figures(Run("r", rows, ["joint"]))["hand_torque_nm_rms"] == [2.0]
+    rows["hand_torque_nm"] = np.nan
+    assert np.isnan(figures(Run("r", rows, ["joint"]))["hand_torque_nm_rms"]).all()
     assert figures(Run("r", rows[:50], ["joint"]))["hand_torque_nm_rms"] == []
+
+
+def test_what_was_never_at_work_is_said_and_faults_have_names(monkeypatch):
+    rows = new_ticks(4, 1)
+    rows["faults"] = int(Fault.STALE | Fault.JUMP)
+    monkeypatch.setattr(plots, "_run", lambda *_: Run("a", rows, ["joint"], ["rotary"]))
+    said = call(compare, A, B).output
+    assert said.count("no RMS") == 2
+    assert "STALE, JUMP" in said
+    assert json.loads(call(compare, A, B, "--json").output)["a"]["faults"] == ["STALE", "JUMP"]
+
+
+def test_what_was_not_measured_has_no_figure():
+    run = Run("a", new_ticks(4, 1), ["joint"], ["rotary"])
+    assert _lines("a_rms", [np.nan], [1.0], run)[0].split()[1] == "-"
+
+
+def test_every_option_says_what_it_is_and_no_bound_is_none():
+    for name in main_group.list_commands(click.Context(main_group)):
+        one = main_group.get_command(click.Context(main_group), name)
+        for command_ in one.commands.values() if isinstance(one, click.Group) else [one]:
+            told = command_.get_help(click.Context(command_))
+            assert "None" not in told, name
+            assert [p.opts for p in command_.params if isinstance(p, click.Option) and not p.help] == [], name

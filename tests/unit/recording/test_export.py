@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from run_maker import run, setup, write
 
-from rtctl.errors import ConfigError, DataError, RtctlError
+from rtctl.errors import DataError, RtctlError
 from rtctl.recording.export import export
 from rtctl.recording.limits import Limits
 from rtctl.recording.parts import Parts
@@ -84,7 +84,7 @@ def test_without_pyarrow_parquet_says_what_to_install_and_leaves_nothing(recorde
 
 
 def test_a_field_that_does_not_exist_is_named(recorded, tmp_path):
-    with pytest.raises(ConfigError, match="speed"):
+    with pytest.raises(DataError, match="speed"):
         export(recorded[0], "csv", tmp_path / "r.csv", ("tick", "speed"))
 
 
@@ -113,7 +113,7 @@ def test_mcap_has_every_tick_as_a_message_and_is_a_recording_again(tmp_path):
     assert again.attachments == first.attachments
     verdict = Replay(RecordingReader([path])).check()
     assert (verdict.ticks, verdict.first, verdict.stopped) == (700, None, "")
-    with pytest.raises(ConfigError, match="whole ticks"):
+    with pytest.raises(DataError, match="whole ticks"):
         export(RecordingReader(parts.files), "mcap", path, ("tick",))
 
 
