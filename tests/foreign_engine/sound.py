@@ -8,7 +8,7 @@ class DivergedError(ArithmeticError):
 
 
 def refuse_diverged(d, kinds):
-    """Raise `DivergedError` where the engine's data `d` tell a warning, or hold a number that is none; `kinds`:
+    """Raise `DivergedError` where the engine's data `d` tell a warning, or a number that is none; `kinds`:
     names of its warnings by their number (`mujoco.mjtWarning`).
 
     Any warning counts: a full buffer of contacts or constraints, too, makes another joint of it. The engine
