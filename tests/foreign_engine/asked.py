@@ -28,6 +28,7 @@ from foreign_moved import MANNERS, counts, judged, name_of, policy_of, say
 from foreign_rests import FED_J, LITTLE, OWN, QUIET, every_rig, parser_of, rubbing
 
 from foreign_engine import plants, rig
+from foreign_engine.sound import DivergedError
 from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Policy
 
@@ -226,6 +227,14 @@ def asked_of(motion, case, seed):
     return moved, helped, plain, loud, fed
 
 
+def asked_or_refused(motion, case, seed):
+    """The same, or why the engine's own run is none to judge by."""
+    try:
+        return asked_of(motion, case, seed)
+    except DivergedError as why:
+        return why
+
+
 def told(helped, plain):
     return (
         f"{1e3 * helped.speed:.3g} mrad/s ({1e3 * plain.speed:.3g} without help), given "
@@ -250,8 +259,12 @@ def main():
     parser.add_argument("--motion", action="store_true", help="ask who is shaken in motion, too")
     parser.add_argument("--minutes", type=float, default=1e3, help="of the clock, at most")
     asked = parser.parse_args()
-    end_s, ask = time.monotonic() + 60 * asked.minutes, partial(asked_of, asked.motion)
-    for seed, case, (moved, helped, plain, loud, fed) in every_rig(asked, drawn, ask):
+    end_s, ask = time.monotonic() + 60 * asked.minutes, partial(asked_or_refused, asked.motion)
+    for seed, case, verdict in every_rig(asked, drawn, ask):
+        if isinstance(verdict, DivergedError):
+            click.echo(f"seed {seed}: not judged: {verdict}")
+            continue
+        moved, helped, plain, loud, fed = verdict
         found.append((case, moved, helped, plain, loud, fed))
         if moved:
             again = ", grips again" if case.off_s else ""

@@ -8,6 +8,7 @@ import math
 import mujoco
 import numpy as np
 
+from foreign_engine.sound import refuse_diverged
 from hw.interface import BackendInfo, Channels, Timing
 
 CHANNELS = Channels(frozenset({"position", "current", "force", "temperature"}), frozenset({"torque"}))
@@ -57,6 +58,7 @@ class Engine:
         if self.m.nu > 1:
             d.ctrl[1] = o["hand"] * math.sin(2 * math.pi * o["hand_hz"] * max(d.time - o["hand_from_s"], 0.0))
         mujoco.mj_step(self.m, d, self.steps)
+        refuse_diverged(d, mujoco.mjtWarning)
 
     def stop(self):
         if self.d is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from foreign_armed import Armed
 
 from foreign_engine.plants import LEVER_M, YIELDS, _arm_angles, xml
+from foreign_engine.sound import refuse_diverged
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
@@ -164,7 +165,8 @@ class Rig(Armed):
         return np.stack([push, *grips, place, rate], 1), gains
 
     def run(self, seconds, trace=None):
-        """Ticks of what `SEEN` names, shape (ticks, 8); `trace`: ticks of the law, written in place."""
+        """Ticks of what `SEEN` names, shape (ticks, 8); `trace`: ticks of the law, written in place. Raises
+        `sound.DivergedError`."""
         n = round(seconds / self.period_s)
         out, noise = np.zeros((n, 8)), self.draw.standard_normal((n, 4))
         base, gains = self._base(n)
@@ -174,6 +176,7 @@ class Rig(Armed):
             d.actuator_force, self.told, self.line, self.nerve, base, gains, noise, out,
             self.law[0][:0] if trace is None else trace,
         )  # fmt: skip
+        refuse_diverged(d, mujoco.mjtWarning)
         return out
 
     def hold(self, share):
