@@ -104,7 +104,7 @@ class Steering:
         return {"command_seq": self._slot.target(epoch, lease.number, position, velocity)}
 
     def _is_remote(self) -> np.ndarray:
-        """Of each axis, shape (axes,): whether its environment is `remote`, as commanded."""
+        """Which axes have the environment `remote` commanded, shape (axes,)."""
         of_axes: np.ndarray = self._slot.command["environment_kind"] == Environment.REMOTE
         return of_axes.ravel()
 
