@@ -38,7 +38,10 @@ class Lease:
         Where the proxy was when the lease was given, one value per axis, rad: targets that begin here do not
         make the rig jump.
     epoch : int
-        The epoch this lease belongs to."""
+        The epoch this lease belongs to.
+    remote : tuple of str
+        Axes that targets move, as of the last renewal. Empty: none has the environment `remote`, as after a
+        restart of the daemon, and targets move nothing."""
 
     def __init__(self, connection: Connection, epoch: int, timeout_s: float) -> None:
         # a requester of its own: the thread that renews must not wait for the program's own requests
@@ -54,6 +57,7 @@ class Lease:
             raise
         self._text: str = result["lease"]
         self.start_rad = tuple(result["target_position_rad"])
+        self.remote = tuple(result.get("remote", ()))  # an older daemon does not say
         self._period_s = result["silence_s"] / RENEWALS
         # CONFLATE is safe here: nothing is received by this socket, and a target is one frame (decision 0010)
         self._socket = connection.socket(zmq.DEALER, connection.endpoints.targets, {zmq.CONFLATE: 1})
@@ -136,7 +140,9 @@ class Lease:
         """Renew until released or lost. A reply that does not come is asked for again."""
         while not self._over.wait(self._period_s):
             try:
-                self._requester.call("lease", self._period_s, epoch=self.epoch, lease=self._text)
+                held = {"epoch": self.epoch, "lease": self._text}
+                reply = self._requester.call("lease", self._period_s, **held)
+                self.remote = tuple(reply.get("result", {}).get("remote", ()))
             except NoReplyError:
                 # the daemon may be busy: the lease ends by the daemon's clock, and its next reply tells
                 continue

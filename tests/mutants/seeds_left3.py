@@ -7,6 +7,7 @@ from seed import Seed
 RELOAD = "tests/unit/host/test_reload.py::test_"
 VIEW = "tests/unit/host/test_view_process.py::test_"
 SAFE = "tests/unit/host/test_safe_stop.py::test_"
+REQUESTS = "tests/unit/host/test_requests.py::test_"
 TELEMETRY = "tests/unit/test_broken_telemetry.py::test_"
 
 SEEDS = (
@@ -74,5 +75,12 @@ SEEDS = (
         (
             "tests/unit/hw/test_rig_time_and_loss.py::test_when_one_cannot_be_opened_the_others_are_closed_again",
         ),
+    ),
+    Seed(
+        "a renderer is not told that no axis is remote",
+        "rtctl/host/exchange/motion_requests.py",
+        "np.flatnonzero(self._is_remote())",
+        "range(len(self._rig.axes))",
+        (f"{REQUESTS}a_target_needs_a_remote_environment_and_counts_as_fresh",),
     ),
 )

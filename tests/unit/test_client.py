@@ -233,9 +233,10 @@ def test_a_lease_whose_renewal_is_answered_by_something_else_is_lost(tmp_path, m
 
         def call(self, *_arguments, **_values):
             self.calls += 1
-            if self.calls > 1:
+            if self.calls > 2:
                 raise ClientError("a reply that is not msgpack; is something else listening there?")
-            return {"result": {"lease": "a" * 16, "target_position_rad": [0.0], "silence_s": 0.02}}
+            given = {"lease": "a" * 16, "target_position_rad": [0.0], "silence_s": 0.02}
+            return {"result": {**given, "remote": ["a"] if self.calls == 2 else []}}
 
         def close(self):
             pass
@@ -243,7 +244,9 @@ def test_a_lease_whose_renewal_is_answered_by_something_else_is_lost(tmp_path, m
     monkeypatch.setattr(lease, "Requester", Answers)
     with zmq.Context() as context:
         held = lease.Lease(Connection(context, endpoints_in(tmp_path)), 1, 1.0)
+        assert held.remote == ()
         until(lambda: held.lost, "the end of the lease")
+        assert held.remote == ("a",)  # of the renewal
         with pytest.raises(RefusedError, match="something else"):
             held.set_target([0.0])
         held.abandon()

@@ -47,6 +47,8 @@ class Steering:
             "lease": lease.text,
             "silence_s": self._desk.silence_s,
             "target_position_rad": self._proxy(row),
+            # none: a renderer whose environments went with a restart is told before it sends into nothing
+            "remote": [self._rig.axes[axis].name for axis in np.flatnonzero(self._is_remote())],
         }
 
     def release(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
@@ -91,7 +93,7 @@ class Steering:
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Move the proxy of the remote axes; only the holder of the lease."""
         # told, rather than followed by nothing: a renderer would not know why nothing moves
-        if not (self._slot.command["environment_kind"] == Environment.REMOTE).any():
+        if not self._is_remote().any():
             return Refusal("not_remote", "no axis has the environment `remote`; set it first")
         epoch = int(row["epoch"])
         lease = self._desk.renew(caller.user_id, request.values["lease"], epoch)
@@ -100,6 +102,11 @@ class Steering:
         # 0: a renderer that tells no velocity holds its proxy still between two targets
         position, velocity = request.values["position_rad"], request.values.get("velocity_rad_s", 0.0)
         return {"command_seq": self._slot.target(epoch, lease.number, position, velocity)}
+
+    def _is_remote(self) -> np.ndarray:
+        """Which axes have the environment `remote` commanded, shape (axes,)."""
+        of_axes: np.ndarray = self._slot.command["environment_kind"] == Environment.REMOTE
+        return of_axes.ravel()
 
     def compensation(self, request: Request, _row: np.void, _caller: Caller) -> Result:
         """Set the share of the friction feed-forward."""

@@ -189,8 +189,12 @@ def test_an_environment_changes_only_its_axis_and_only_the_keys_given(desk):
 
 
 def test_a_target_needs_a_remote_environment_and_counts_as_fresh(desk):
-    lease = desk.ask("lease", 0)["lease"]
+    given = desk.ask("lease", 0)
+    lease = given["lease"]
+    assert given["remote"] == []  # as after a restart, where the holder of before had set one
     desk.refused("not_remote", "target", 0, lease=lease, position_rad=[0.1, 0.2])
+    desk.ask("environment", axis=1, kind="remote")
+    assert desk.ask("lease", 0, lease=lease)["remote"] == [RIG.axes[1].name]
     desk.ask("environment", axis=0, kind="remote")
     desk.ask("target", 0, lease=lease, position_rad=[0.1, 0.2], velocity_rad_s=[1.0, 2.0])
     desk.ask("target", 0, lease=lease, position_rad=[0.3, 0.4])
