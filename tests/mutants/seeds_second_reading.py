@@ -151,8 +151,8 @@ SEEDS = (
     Seed(
         "a replay that differs prints two objects",
         "rtctl/cli/replay.py",
-        "    sys.exit(0 if error is None else error.exit_code)\n",
-        "    if error is not None:\n        raise error(error.__name__)\n    sys.exit(0)\n",
+        "        end_with(body, bad if verdict.first is None else ReplayDiffersError)\n",
+        "        click.echo(body)\n",
         (f"{ONE}::test_a_replay_that_differs_or_stops_is_one_object",),
     ),
     Seed(

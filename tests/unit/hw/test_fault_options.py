@@ -58,8 +58,8 @@ def test_all_that_is_wrong_with_one_fault_is_told_at_once():
     with pytest.raises(ValueError) as refused:
         read_faults([table])
     for text in (
-        "at_s, at_tick",
-        "for_s, for_ticks",
+        "give one of at_s and at_tick",
+        "give one of for_s and for_ticks",
         "no kind 'jmup'",
         "axis: ",
         "probability: ",
