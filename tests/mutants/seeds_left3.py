@@ -26,10 +26,10 @@ SEEDS = (
         (f"{RELOAD}a_schedule_of_faults_of_another_content_is_told",),
     ),
     Seed(
-        "a fault without a beginning is taken",
+        "a fault without a length is taken",
         "hw/fault_options.py",
-        'validate_default=True, description="as at_s',
-        'description="as at_s',
+        'validate_default=True, description="as for_s',
+        'description="as for_s',
         ("tests/unit/hw/test_fault_options.py::test_all_that_is_wrong_with_one_fault_is_told_at_once",),
     ),
     Seed(
