@@ -33,6 +33,7 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_motion.moved,
+    verdicts_of_motion.slope_of_the_torque,
     verdicts_of_observer.closed_loop,
     verdicts_of_observer.unknown_gear,
     verdicts_of_observer.steps_of_the_encoder,
