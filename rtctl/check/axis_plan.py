@@ -28,8 +28,8 @@ OFFSET_SHARE = 0.1
 
 
 def arming_ticks(lates: Sequence[stability.Between], period_s: float, part_s: float) -> int:
-    """Length of a part of the test pulse, ticks: `part_s`, and no shorter than what a sample may still show of
-    the part before it and the time to a fresh one, or no current seems to answer (`arming`)."""
+    """Length of a part of the test pulse, ticks: `part_s`, and no shorter than what a sample may still show
+    of the part before it and the time to a fresh one, or no current seems to answer (`arming`)."""
     least = max(math.ceil(stability.late_ticks(late, period_s)) + late.sample_ticks + 1 for late in lates)
     return max(least, math.floor(part_s / period_s + 1e-9))
 
