@@ -87,6 +87,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_slips.presliding,
     verdicts_of_slips.stretch,
     verdicts_of_slips.delay,
+    verdicts_of_slips.given,
 )
 
 

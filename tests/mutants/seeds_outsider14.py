@@ -43,4 +43,11 @@ SEEDS = (
         "moved_nm)",
         (f"{PULSE}::test_a_pulse_leaves_the_account_alone",),
     ),
+    Seed(
+        "what the account may be short of is not asked",
+        "rtctl/check/verdicts_of_slips.py",
+        "+ FLOOR_FACTOR * passivity.budget_j,",
+        "+ FLOOR_FACTOR * 0.0,",
+        (f"{SLOPE}::test_energies_in_mj_are_told",),
+    ),
 )

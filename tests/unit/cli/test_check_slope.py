@@ -1,4 +1,6 @@
-"""A torque that may not be steep follows a stiff coupling only as fast as that: row and bound."""
+"""Rows that an outsider missed: a torque that may not be steep follows a stiff coupling only as fast as that;
+energies in mJ.
+"""
 
 import numpy as np
 import pytest
@@ -69,3 +71,20 @@ def test_the_bound_of_a_late_spring_is_above_every_swing_and_not_by_much():
     assert np.all(most <= bound)
     assert np.all(most[2:] >= 0.8 * bound[2:])
     assert late_spring(60.0, 2.0, 200.0, 3.3) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("told", "outcome"),
+    [
+        ("budget_j = 0.02", Outcome.PASS),
+        ("budget_j = 20", Outcome.WARN),
+        ("bank_j = 20", Outcome.WARN),
+        ("renderer_store_j = 5", Outcome.WARN),
+    ],
+)
+def test_energies_in_mj_are_told(tmp_path, told, outcome):
+    (tmp_path / "rig.toml").write_text(f"{RIG.format(**DEFAULTS)}[passivity]\n{told}\n")
+    rows = stability_report.examine(load(tmp_path / "rig.toml"), telling=False).verdicts
+    assert [row.outcome for row in rows if row.name.startswith("energy that a hand may be given")] == [
+        outcome
+    ]
