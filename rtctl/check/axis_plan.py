@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import sure_damping
+from rtctl.control import take_back
 from rtctl.control.flicker import blind_damping_nms_rad, blind_hz
+from rtctl.control.jit import plain
 from rtctl.control.proofs import stability
 from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
@@ -18,24 +21,44 @@ from rtctl.rig_file.axis_tables import AxisTable
 
 # a joint that goes quicker than a quarter of its limit, over the whole test, is moved by somebody
 ARMING_TRAVEL_SHARE = 0.25
+LIGHTEST_MOTOR = 1 / 16
+"""Least share of the inertia of an elastic joint on its motor's side."""
 OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 
 
-def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
-    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
+def arming_ticks(lates: Sequence[stability.Between], period_s: float, part_s: float) -> int:
+    """Length of a part of the test pulse, ticks: `part_s`, and no shorter than what a sample may still show
+    of the part before it and the time to a fresh one, or no current seems to answer (`arming`)."""
+    least = max(math.ceil(stability.late_ticks(late, period_s)) + late.sample_ticks + 1 for late in lates)
+    return max(least, math.floor(part_s / period_s + 1e-9))
+
+
+def fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
+    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less, and
+    that the empty account of its port can pay for; needs what is known of delay and account."""
     part_s = float(p["arming_ticks"]) * period_s
     travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
+    # the motor of an elastic joint goes alone: whoever calls it elastic seldom says how heavy it is
+    share = 1.0 if joint.motor_share == 1 else LIGHTEST_MOTOR
     # +tau and -tau take a joint without friction a quarter of the bound, and leave it at rest: the other
-    # three quarters are a hand's
-    gentle_nm = axis.inertia_kgm2 * travel_rad / (4 * part_s**2)  # a t^2 is the way of +tau then -tau
+    # three quarters are a hand's, or the motor's alone (a t^2 is the way of +tau then -tau)
+    gentle_nm = axis.inertia_kgm2 * min(1.0, 4 * share) * travel_rad / (4 * part_s**2)
+    budget = float(p["energy_budget_j"])
+    # a quarter of the budget for the motion that +tau makes, tau^2 t^2/(2 J), the rest of the 1.5 for what is
+    # held and on its way: PASSIVITY is at 1.35, and what the account holds back comes and goes by the tick
+    moved_nm = math.sqrt(share * axis.inertia_kgm2 * budget / 2) / part_s
+    late = float(p["acting_delay_s"][a]) / period_s
+    way_rad = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * period_s
+    held_nm = plain(take_back.most_torque)(
+        1.25 * budget / (1 + late), axis.torque_rate_nm_s * period_s, way_rad
+    )
     p["arming_travel_rad"][a] = travel_rad
-    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)
+    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm, moved_nm, held_nm)
 
 
 def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
-    """Parameters of axis `a` that follow from its tables and joint; needs those of the rig
-    (`arming_ticks`)."""
+    """Parameters of axis `a` that follow from its tables and joint."""
     # what accounts credit and our own dampers live on: a hand behind a spring takes the rest away
     sure = p["sure_viscous_nms_rad"][a] = sure_damping(axis.viscous_nms_rad, joint)
     for name in (
@@ -57,7 +80,6 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     p["gear_ratio"][a] = axis.motor_ratio
     # a zero one stays: it says that moments do not count
     p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
-    _fill_arming(p, a, axis, period_s)
     # 0: the window folds nothing back
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor

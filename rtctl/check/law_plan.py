@@ -9,7 +9,7 @@ import numpy as np
 
 from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
-from rtctl.check.axis_plan import fill_axis, fill_force_feedback
+from rtctl.check.axis_plan import arming_ticks, fill_arming, fill_axis, fill_force_feedback
 from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
@@ -81,42 +81,43 @@ def build(loaded: LoadedConfig) -> Plan:
         A model that is missing, damaged, or made for another rig."""
     config = loaded.config
     params, _, command, model = new_records(config.n_axes)
-    _fill_scalars(params[0], config)
-    fill_force_sensor(params[0], config, present=any("force" in m.channels for m in loaded.members()))
+    p = params[0]
+    _fill_scalars(p, config)
+    fill_force_sensor(p, config, present=any("force" in m.channels for m in loaded.members()))
     for member in loaded.members():
         # a recording's current answers another law's torque
         if "current" in member.channels and registry.lookup(member.kind).follows:
-            params[0]["follow_kind"][list(member.axes)] = 1
+            p["follow_kind"][list(member.axes)] = 1
+    lates = [lateness.of_axis(loaded, a).between for a in range(config.n_axes)]
+    p["arming_ticks"] = arming_ticks(lates, config.period_s, ARMING_PART_S)
     for a, axis in enumerate(config.axis):
-        joint, learned = joint_of_axis(loaded, a), _load_model(loaded, axis)
-        fill_axis(params[0], a, axis, config.period_s, joint)
-        between = lateness.of_axis(loaded, a).between
+        joint, learned, between = joint_of_axis(loaded, a), _load_model(loaded, axis), lates[a]
+        fill_axis(p, a, axis, config.period_s, joint)
         # what may be shown: age of samples and all of the lag count, rounded up
-        shown = math.ceil(stability.late_ticks(between, config.period_s))
-        params[0]["follow_delay_ticks"][a] = min(shown, HELD - 1)
+        p["follow_delay_ticks"][a] = min(math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1)
         acting = between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
-        params[0]["acting_delay_s"][a] = acting * config.period_s
-        params[0]["actuator_delay_ticks"][a] = round(acting)  # what acts; one tick more is covered
-        fill_force_feedback(params[0], a, axis, config.period_s, between)
+        p["acting_delay_s"][a] = acting * config.period_s
+        p["actuator_delay_ticks"][a] = round(acting)  # what acts; one tick more is covered
+        fill_arming(p, a, axis, config.period_s, joint)
+        fill_force_feedback(p, a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         sure = guarantee(axis, learned)
-        params[0]["flicker_held"][a] = holds_flicker(axis, sure, joint.dry_share)
-        params[0]["mass_rest_rad"][a] = sure.credited_rad
+        p["flicker_held"][a] = holds_flicker(axis, sure, joint.dry_share)
+        p["mass_rest_rad"][a] = sure.credited_rad
         # judged and bounded at the largest factor; the law takes a share
         most, factor = largest_feedforward(axis, learned, config.period_s)
-        _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
+        _fill_compensation(p, a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
             ending = rolled_off(learned, axis, config.period_s, between)
-            model[a] = _fill_friction(params[0], a, most, config, ending)
-            fill_place(params[0], a, axis, learned)
-            params[0]["friction_raise"][a] = factor - 1.0
+            model[a] = _fill_friction(p, a, most, config, ending)
+            fill_place(p, a, axis, learned)
+            p["friction_raise"][a] = factor - 1.0
             if follows(axis, learned):
-                per_s = axis.friction.drift.adapt_per_min / 60
-                params[0]["friction_change_step"][a] = per_s * config.period_s
+                p["friction_change_step"][a] = axis.friction.drift.adapt_per_min / 60 * config.period_s
     if all(registry.lookup(member.kind).follows for member in loaded.members()):
-        _fill_proof(params[0], loaded)
+        _fill_proof(p, loaded)
     else:
-        _let_go(params[0])
+        _let_go(p)
     return Plan(
         params=params,
         command=command,
@@ -158,7 +159,6 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     p["stale_limit_ticks"] = STALE_LIMIT_TICKS
     p["late_limit_ticks"] = 0 if config.may_be_late else LATE_LIMIT_TICKS
     p["waiver_share"] = _waiver_share(config)
-    p["arming_ticks"] = max(2, math.floor(ARMING_PART_S * rate_hz))
     # the time constant is half the window (decision 0006)
     p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
     p["energy_budget_j"] = config.passivity.budget_j

@@ -152,7 +152,7 @@ def examine_axis(loaded: LoadedConfig, index: int, pulse: AxisTiming | None, *, 
     axis, joint, config = loaded.config.axis[index], joint_of_axis(loaded, index), loaded.config
     found = figures_alone(loaded, index, pulse)
     where, own = f"{loaded.path}: axis[{index}]", (cut_a(loaded, index), moment_step_nm(config.force_sensor))
-    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, *own)
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, *own, config.passivity)
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(
         **vars(found),

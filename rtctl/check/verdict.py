@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
     from rtctl.rig_file.axis_tables import AxisTable
+    from rtctl.rig_file.rig_tables import PassivityTable
 
 
 class Outcome(IntEnum):
@@ -104,6 +105,8 @@ class Subject:
     """What the device of its motor cuts larger currents to, without a word; inf: not known."""
     moment_step_nm: float = 0.0
     """Step of the force sensor's moments, N m; 0: it gives none."""
+    passivity: PassivityTable | None = None
+    """Of the rig; None: nobody asks."""
 
     @property
     def hand(self) -> float:

@@ -33,6 +33,7 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_motion.moved,
+    verdicts_of_motion.slope_of_the_torque,
     verdicts_of_observer.closed_loop,
     verdicts_of_observer.unknown_gear,
     verdicts_of_observer.steps_of_the_encoder,
@@ -86,6 +87,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_slips.presliding,
     verdicts_of_slips.stretch,
     verdicts_of_slips.delay,
+    verdicts_of_slips.given,
 )
 
 

@@ -84,6 +84,62 @@ def travel(s: Subject) -> list[Verdict]:
     )
 
 
+SLOPE_SHARE = 0.25
+"""Least speed up to which the torque follows the coupling, as a share of the velocity limit: a hand swings a
+joint at a quarter of that without thinking."""
+
+
+def late_spring(k_c: float, torque: float, slope: float, speed: float) -> float:
+    """Damping that a coupling takes which is answered by `slope` N m/s at most, N m s/rad, of a joint up to
+    `speed` rad/s; `torque` N m is the limit.
+
+    Notes
+    -----
+    docs/theory.md 2.18: a bound on a describing function, no proof."""
+    beyond = k_c * speed / slope - 1.0
+    return min(0.42 * beyond, 0.27) * k_c * torque / slope if beyond > 0 else 0.0
+
+
+def slope_of_the_torque(s: Subject) -> list[Verdict]:
+    """Faster than a joint may go before its coupling wants a steeper torque than the gate lets pass, the
+    torque comes late: every other row of the coupling speaks of slower motion."""
+    table, axis, found = s.table, s.axis, s.axis.friction
+    k_c = axis.stiffness_nm_rad
+    if found is not None:  # with what help by place and by load add
+        k_c = (1 + found.load_loop) * k_c + found.place_stiffness_nm_rad
+    if k_c == 0:
+        return []
+    slope, fast = table.torque_rate_nm_s, table.velocity_limit_rad_s
+    follows = slope / k_c
+    needed = late_spring(k_c, table.torque_limit_nm, slope, fast)
+    calm = needed <= max(axis.sampled_data_margin_nms_rad, 0.0)
+    refused = not calm and follows < SLOPE_SHARE * fast
+    remedy = (
+        f"torque_rate_nm_s = {k_c * fast:.4g} follows up to the limit, "
+        f"{SLOPE_SHARE * k_c * fast:.4g} is not refused; or a softer coupling"
+    )
+    return [
+        s.row(
+            "slope of the torque against the coupling",
+            f"{follows:.3g} rad/s",
+            f">= {fast:.3g} rad/s",
+            Outcome.PASS if calm else Outcome.FAIL if refused else Outcome.NOT_PROVED,
+            "speed up to which torque_rate_nm_s follows the coupling's spring"
+            + (
+                ""
+                if calm
+                else f"; the torque of faster motion is late and may keep a hand swinging: {remedy}"
+            ),
+            0.0 if calm else SLOPE_SHARE * fast / follows,
+            f"{s.where}.torque_rate_nm_s: axis {s.axis.name}: {slope:g} N m/s follows a coupling of "
+            f"{k_c:.4g} N m/rad up to {follows:.3g} rad/s, the bound is {SLOPE_SHARE:g} "
+            f"velocity_limit_rad_s = {SLOPE_SHARE * fast:.3g}: {remedy}"
+            if refused
+            else "",
+        )
+    ]
+
+
 def count_is_no_jump(s: Subject) -> list[Verdict]:
     """A count that is further than the velocity limit allows in a period is a JUMP, and so is the next
     sample: on a quick loop any motion of a coarse encoder stops the rig."""

@@ -1,6 +1,7 @@
-"""Tests for a wrong unit of what no proof refuses by itself: presliding length, coupling, delay.
+"""Tests for a wrong unit of what no proof refuses by itself: presliding length, coupling, delay, energies.
 
-Found by rig files of an outsider (decision 0140): degrees for radians, N m per degree, seconds for ticks."""
+Found by rig files of outsiders (decisions 0140, 0166): degrees for radians, N m per degree, seconds for
+ticks, mJ for J."""
 
 from __future__ import annotations
 
@@ -19,6 +20,28 @@ STRETCH_M = Band(1e-12, 1e-8, 0.1, 1e12)
 DELAY_TICKS = Band(1e-12, 0.01, 20.0, 20.0)
 """What a rig file states beside what devices declare: too little is told only, as those count where they are
 worse."""
+
+GIVEN_J = Band(0.0, 0.0, 1.0, 1e3)
+"""Energy that accounts let a hand have at once: 1 J is a handle of 100 g at 4.5 m/s. Told only: a rig that
+plays a log back has none to give."""
+
+
+def given(s: Subject) -> list[Verdict]:
+    """What the accounts of the port may be short of before they stop anything."""
+    from rtctl.control.take_back import FLOOR_FACTOR  # the names of a report must not load the compiler
+
+    passivity = s.passivity
+    if passivity is None:
+        return []
+    return judged(
+        s,
+        "energy that a hand may be given at once",
+        passivity.renderer_store_j + passivity.bank_j + FLOOR_FACTOR * passivity.budget_j,
+        "J",
+        GIVEN_J,
+        f"renderer_store_j, bank_j and {FLOOR_FACTOR:g} budget_j of [passivity]",
+        "passivity: its energies are meant in J (20 mJ is 0.02)",
+    )
 
 
 def presliding(s: Subject) -> list[Verdict]:

@@ -141,12 +141,12 @@ SEEDS = (
     ),
     Seed(
         "the law is planned as learned where it may go higher", "rtctl/check/law_plan.py",
-        "model[a] = _fill_friction(params[0], a, most, config, ending)",
-        "model[a] = _fill_friction(params[0], a, axis, config, ending)", CHECK,
+        "model[a] = _fill_friction(p, a, most, config, ending)",
+        "model[a] = _fill_friction(p, a, axis, config, ending)", CHECK,
     ),
     Seed(
         "cogging follows the friction", "rtctl/check/law_plan.py",
-        "fill_place(params[0], a, axis, learned)", "_fill_place(params[0], a, most, learned)", CHECK,
+        "fill_place(p, a, axis, learned)", "fill_place(p, a, most, learned)", CHECK,
     ),
     Seed(
         "the certificate is of the friction as learned", "rtctl/check/stability_report.py",
