@@ -98,10 +98,10 @@ def test_a_machine_without_room_or_descriptors_costs_the_page_and_not_the_rig(tm
     def none_left(*_given):
         raise OSError(errno.EMFILE, "Too many open files")
 
-    clock = Clock()
+    clock, port = Clock(), free_ports()
     with monkeypatch.context() as full:
         full.setattr(view_process.socket, "socket", none_left)
-        view = ViewProcess(tmp_path / "gone", free_ports(), clock_s=clock)
+        view = ViewProcess(tmp_path / "gone", port, clock_s=clock)
         address, listening = view.news()
     assert "No such file" in address
     assert "Too many open files" in listening
