@@ -136,7 +136,7 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
         s.started = 1
         s.first_tick = tick
         # where the loop is: one that begins at another slot has missed none before it
-        s.tick = tick
+        s.tick, s.sensed_tick = tick, tick - 1
         for axis in range(len(s.position_rad)):
             s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = mock_hand.wanted(0.0, p, axis)
     # behind the time to live the line of currents runs empty: in one go it would move by one place only
@@ -162,8 +162,9 @@ def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
     time_s = (s.tick - s.first_tick) * p.period_s
     # a half-open interval: equal ends are never
     t.estop = 1 if p.estop_from_s <= time_s < p.estop_to_s else 0
-    sense_axes(t, s, p)
-    sense_force(t, s, p)
+    periods, s.sensed_tick = s.tick - s.sensed_tick, s.tick
+    sense_axes(t, s, p, periods)
+    sense_force(t, s, p, periods)
     if p.sample_every_ticks > 1:
         hold_sample(t, s, p)
     else:

@@ -150,6 +150,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("started", "<i8"),
             ("first_tick", "<i8"),
             ("tick", "<i8"),  # grid slot the plant has been advanced to
+            ("sensed_tick", "<i8"),  # slot that the sensors were read at last
             ("sample_count", "<i8"),
             ("rng", "<u8", (4,)),
             ("normal_spare", "<f8"),

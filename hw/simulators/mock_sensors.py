@@ -64,12 +64,15 @@ def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
 
 
 @compiled
-def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
-    """Velocity sensor of one axis, rad/s at the joint: filter, scale, bias, noise, resolution."""
+def sensed_velocity(s: np.record, p: np.record, axis: int, periods: int) -> float:
+    """Velocity sensor of one axis, rad/s at the joint, so many periods after its last reading: filter, scale,
+    bias, noise, resolution."""
     true = s.velocity_rad_s[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rate_rad_s[axis]
-    # advanced by readings: a loop that misses slots finds the filter where it was left
-    # a first-order low-pass; a share of 1 is none
-    s.velocity_filtered_rad_s[axis] += p.velocity_share * (true - s.velocity_filtered_rad_s[axis])
+    # a first-order low-pass; a share of 1 is none, and shows what is so now
+    share = p.velocity_share
+    if periods != 1 and share < 1.0:
+        share = 1.0 - (1.0 - share) ** periods
+    s.velocity_filtered_rad_s[axis] += share * (true - s.velocity_filtered_rad_s[axis])
     velocity = p.velocity_scale * s.velocity_filtered_rad_s[axis] + p.velocity_bias_rad_s
     if p.velocity_noise_rad_s > 0.0:
         velocity += p.velocity_noise_rad_s * normal(s)
@@ -77,8 +80,9 @@ def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
 
 
 @compiled
-def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
-    """Encoder, Hall current, temperature and, where there is a sensor, velocity of every axis."""
+def sense_axes(t: np.record, s: np.record, p: np.record, periods: int) -> None:
+    """Encoder, Hall current, temperature and, where there is a sensor, velocity of every axis, so many
+    periods after the last reading."""
     for axis in range(len(t.position_rad)):
         t.position_rad[axis] = encoder_angle(s, p, axis)
         current = s.current_a[axis] + p.current_bias_a[axis]
@@ -87,7 +91,7 @@ def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
         t.current_a[axis] = quantised(current, p.current_resolution_a[axis], 0.5)
         t.temperature_c[axis] = temperature((s.tick - s.first_tick) * p.period_s, p, axis)
         if p.velocity_sensor == 1:
-            t.device_velocity_rad_s[axis] = sensed_velocity(s, p, axis)
+            t.device_velocity_rad_s[axis] = sensed_velocity(s, p, axis, periods)
 
 
 @compiled
@@ -118,17 +122,17 @@ def _sense_moment(t: np.record, s: np.record, p: np.record, x: float, y: float, 
 
 
 @compiled
-def sense_force(t: np.record, s: np.record, p: np.record) -> None:
-    """Three-axis force sensor at the tip: weight, cross-talk, bias, drift, noise, range, resolution; its
-    moments, too."""
+def sense_force(t: np.record, s: np.record, p: np.record, periods: int) -> None:
+    """Three-axis force sensor at the tip, so many periods after its last reading: weight, cross-talk, bias,
+    drift, noise, range, resolution; its moments, too."""
     x, y, z = tip_force(0, s, p), tip_force(1, s, p), tip_force(2, s, p)
     if p.moment_sensor != 0 or p.tip_kg > 0.0:
         weigh(s, p)
         _sense_moment(t, s, p, x, y, z)
         x, y, z = x + s.tip_weight_n[0], y + s.tip_weight_n[1], z + s.tip_weight_n[2]
     for k in range(3):
-        if p.force_drift_n > 0.0:
-            s.force_drift_n[k] += p.force_drift_n * normal(s)
+        if p.force_drift_n > 0.0 and periods > 0:
+            s.force_drift_n[k] += p.force_drift_n * math.sqrt(periods) * normal(s)
         force = p.force_crosstalk[k, 0] * x + p.force_crosstalk[k, 1] * y + p.force_crosstalk[k, 2] * z
         force += p.force_bias_n[k] + s.force_drift_n[k]
         if p.force_noise_n > 0.0:

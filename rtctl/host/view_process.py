@@ -112,35 +112,40 @@ class ViewProcess:
             process.kill()
             process.wait()
             _close_pipes(process)
-        if self._listening is not None:
-            self._listening.close()
-            self._listening = None
+        self._stop_listening()
         self.operator_file.unlink(missing_ok=True)
 
     def _write_address(self) -> None:
-        with private_umask():
-            # made anew under the umask: the key is for this user, and an older file may have had other rights
-            self.operator_file.unlink(missing_ok=True)
-            self.operator_file.write_text(f"{self.url}#key={self._key}\n")
+        try:
+            with private_umask():
+                # made anew under the umask: the key is for this user, and an older file may have had other
+                # rights
+                self.operator_file.unlink(missing_ok=True)
+                self.operator_file.write_text(f"{self.url}#key={self._key}\n")
+        except OSError as error:  # a rig needs no page
+            self._news.append(f"the operator's address cannot be written: {error}; the rig runs on")
 
     def _listens(self) -> bool:
         """Whether browsers that come wait for the page; why they do not is told."""
-        listening = self._listening or socket.socket()
         try:
             if self._listening is None:
-                listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # it may be in TIME_WAIT
-                listening.bind((HOST, self._port))
-            listening.listen(WAITING)
+                self._listening = socket.socket()
+                self._listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # of TIME_WAIT
+                self._listening.bind((HOST, self._port))
+            self._listening.listen(WAITING)
         except OSError as error:
-            listening.close()
-            self._listening = None
+            self._stop_listening()
             # whoever opens that address sees, and stops, another rig
             other = "; what answers there is not this rig: give it another [view] port"
             taken = other if error.errno == errno.EADDRINUSE else ""
             self._lose(f"cannot listen on {HOST}:{self._port}: {error.strerror}{taken}")
             return False
-        self._listening = listening
         return True
+
+    def _stop_listening(self) -> None:
+        listening, self._listening = self._listening, None
+        if listening is not None:
+            listening.close()
 
     def _start(self) -> None:
         if not self._listens():

@@ -22,6 +22,7 @@ PAIRS = 20
 """Hands in worlds, of each rig."""
 
 
+_FIRST_HAND_STREAM = 1001
 _SENSOR_STREAM = 31
 """Draws of the force sensor: the rigs are otherwise those of earlier campaigns."""
 
@@ -148,10 +149,8 @@ def _certified(loop: AdmittanceLoop) -> bool:
 
 def pair(rig: Rig, seed: int, number: int) -> Pair:
     """Hand and world `number` of a rig: the corners of its box first."""
-    # NumPy fills seeds up with zeros: hand 0 has the very stream that its rig was drawn from (its damping
-    # goes with the plant, say). Left so, since the campaigns of docs/check.md are of these hands; the other
-    # nineteen are independent
-    draw = np.random.default_rng((seed, rig.index, number))
+    # NumPy fills seeds up with zeros: 0 would be the stream that the rig was drawn from
+    draw = np.random.default_rng((seed, rig.index, number or _FIRST_HAND_STREAM))
     box = rig.loop.box
     corner = number < PAIRS // 2  # the stiffest hand decides most
     return Pair(

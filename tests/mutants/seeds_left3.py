@@ -83,4 +83,28 @@ SEEDS = (
         "range(len(self._rig.axes))",
         (f"{REQUESTS}a_target_needs_a_remote_environment_and_counts_as_fresh",),
     ),
+    Seed(
+        "a runtime folder without room ends a rig for its page",
+        "rtctl/host/view_process.py",
+        "except OSError as error:  # a rig needs",
+        "except PermissionError as error:  # a rig needs",
+        (f"{VIEW}a_machine_without_room_or_descriptors_costs_the_page_and_not_the_rig",),
+    ),
+    Seed(
+        "the first hand of a rig is drawn from the stream of the rig",
+        "rtctl/simulation/campaign_certified_pairs.py",
+        "number or _FIRST_HAND_STREAM",
+        "number",
+        ("tests/unit/test_campaign_hands.py",),
+    ),
+    Seed(
+        "two readings of one slot advance the mock's velocity filter twice",
+        "hw/simulators/mock_sensors.py",
+        "    if periods != 1 and share < 1.0:",
+        "    if periods > 1 and share < 1.0:",
+        (
+            "tests/unit/hw/test_mock_sensors.py"
+            "::test_a_second_reading_of_a_slot_moves_neither_filter_nor_drift_and_late_ones_both",
+        ),
+    ),
 )

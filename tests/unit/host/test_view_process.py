@@ -1,5 +1,6 @@
 """The daemon's own view: ordered, looked after, started again, never waited for."""
 
+import errno
 import os
 import socket
 import sys
@@ -91,6 +92,22 @@ def test_of_two_rigs_with_one_port_the_second_tells_no_address_until_it_is_its_o
     clock.now_s += RETRY_S[0]
     assert second.news() == second.describe() != []
     second.close()
+
+
+def test_a_machine_without_room_or_descriptors_costs_the_page_and_not_the_rig(tmp_path, program, monkeypatch):
+    def none_left(*_given):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    clock, port = Clock(), free_ports()
+    with monkeypatch.context() as full:
+        full.setattr(view_process.socket, "socket", none_left)
+        view = ViewProcess(tmp_path / "gone", port, clock_s=clock)
+        address, listening = view.news()
+    assert "No such file" in address
+    assert "Too many open files" in listening
+    clock.now_s += RETRY_S[0]
+    assert view.news() == view.describe() != []
+    view.close()
 
 
 def test_where_no_page_answers_nobody_waits(tmp_path, program):

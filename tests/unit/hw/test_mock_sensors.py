@@ -24,13 +24,15 @@ def make(lever=((0.0, 0.1, 0.0),), **options):
     return MockBackend(MockOptions.model_validate(options).model_dump(mode="json"), rig)
 
 
-def read(backend, n=1):
-    """`n` readings of the rig as it stands: slots do not advance, noise does."""
+def read(backend, n=1, periods=0):
+    """`n` readings of the rig as it stands: slots do not advance, noise does. `periods` since the one before
+    each."""
     tick, out = (
         records(new_ticks(1, len(backend.state["position_rad"][0]))),
         new_ticks(n, len(backend.state["position_rad"][0])),
     )
     for k in range(n):
+        backend.state["sensed_tick"] -= periods
         backend.read(tick)
         out[k] = tick[0]
     return out
@@ -110,7 +112,7 @@ def test_force_drift_is_a_random_walk_of_the_given_pace():
     ends = []
     for seed in range(60):
         backend = make(seed=seed, force={"drift_n_sqrt_s": 0.5, "resolution_n": 0.0})
-        read(backend, 200)
+        read(backend, 200, periods=1)
         ends.append(backend.state["force_drift_n"][0])
     assert np.std(ends) == pytest.approx(0.5 * math.sqrt(0.2), rel=0.2)
     assert abs(np.mean(ends)) < 4 * 0.5 * math.sqrt(0.2 / 180)
@@ -192,9 +194,27 @@ def test_the_velocity_sensors_noise_is_as_given():
     assert shown.std() == pytest.approx(0.02, rel=0.03)
 
 
-def test_the_velocity_sensors_filter_is_of_first_order():
+@pytest.mark.parametrize("periods", [1, 3])
+def test_the_velocity_sensors_filter_is_of_first_order(periods):
     backend = make(velocity={"lag_s": 0.01})
     read(backend)
     backend.state["velocity_rad_s"] = 1.0
-    shown = read(backend, 30)["device_velocity_rad_s"][:, 0]
-    assert shown == pytest.approx(1 - np.exp(-0.1 * np.arange(1, 31)), rel=1e-9)
+    shown = read(backend, 30, periods)["device_velocity_rad_s"][:, 0]
+    assert shown == pytest.approx(1 - np.exp(-0.1 * periods * np.arange(1, 31)), rel=1e-9)
+
+
+def test_a_second_reading_of_a_slot_moves_neither_filter_nor_drift_and_late_ones_both():
+    backend = make(velocity={"lag_s": 0.01}, force={"drift_n_sqrt_s": 0.5})
+    read(backend)
+    backend.state["velocity_rad_s"] = 1.0
+    first = read(backend, periods=1)
+    before = backend.state["force_drift_n"].copy()
+    again = read(backend, 5)
+    assert set(again["device_velocity_rad_s"][:, 0]) == set(first["device_velocity_rad_s"][:, 0])
+    assert (backend.state["force_drift_n"] == before).all()
+    steps = []
+    for _ in range(200):
+        before = backend.state["force_drift_n"].copy()
+        read(backend, periods=9)
+        steps.append(backend.state["force_drift_n"] - before)
+    assert np.std(steps) == pytest.approx(0.5 * math.sqrt(9e-3), rel=0.15)
