@@ -138,10 +138,10 @@ SEEDS = (
         ),
     ),
     Seed(
-        "`rtctl record --json` says a broken recording twice",
+        "a broken recording is a success of `rtctl record --json`",
         "rtctl/cli/record.py",
-        "if broken and as_json:",
-        "if False:",
+        "RecordingError if broken else 0)",
+        "0)",
         (
             "tests/unit/cli/test_record_command.py"
             "::test_a_recording_that_the_disk_refused_ends_with_the_exit_code_of_one",
