@@ -7,6 +7,7 @@ from __future__ import annotations
 import importlib
 import math
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
 from functools import cache
@@ -159,6 +160,8 @@ def lookup(kind: str) -> BackendInfo:
             f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into "
             f"{sys.prefix}"
         ) from error
+    except Exception as error:
+        raise BackendError(f"backend {kind!r} cannot be loaded: {_mistake(error)}") from error
     if not isinstance(info, BackendInfo):
         raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")
     return info
@@ -169,15 +172,29 @@ def _resolve(target: str) -> Callable[..., Any]:
     try:
         named: Callable[..., Any] = getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
+        if sys.modules.get(module.partition(".")[0]) and f"{module}.".startswith(f"{error.name}."):
+            raise BackendError(f"{target}: its package has no module {error.name}") from error
         missing = (error.name or "").partition(".")[0]
         wanted = DISTRIBUTIONS.get(missing, missing)
         raise BackendError(f"{target} needs the Python module {missing!r}: pip install {wanted!r}") from error
+    except Exception as error:
+        raise BackendError(f"{target} cannot be loaded: {_mistake(error)}") from error
     return named
+
+
+def _mistake(error: Exception) -> str:
+    """A mistake in a package of somebody's, with the line: who has to mend it reads this."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({at.filename}:{at.lineno})"
 
 
 def options_model(kind: str) -> type[BaseModel]:
     """The pydantic model of the backend's options (host side only)."""
-    return cast("type[BaseModel]", _resolve(lookup(kind).options))
+    target = lookup(kind).options
+    model = _resolve(target)
+    if not hasattr(model, "model_validate"):
+        raise BackendError(f"{target} is no pydantic model")
+    return cast("type[BaseModel]", model)
 
 
 def channels(kind: str, options: Options, rig: Rig) -> Channels:

@@ -26,6 +26,10 @@ REPEATS_SHARE = 0.1
 """A larger share of rows that repeat another one to the last digit is a copy, not a measurement."""
 
 
+OF_OTHERS = "--column velocity=NAME:UNIT --column torque=NAME:UNIT"
+"""How `rtctl fit` is told the columns of a file that has other names (docs/logs.md)."""
+
+
 def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     """Read a CSV file of friction points, once, with all its columns of numbers; `of_speeds`: enough of them
     for a curve of speed.
@@ -41,7 +45,10 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     except OSError as error:
         raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error
     except UnicodeDecodeError as error:
-        raise DataError(f"{path}: not a text file ({error}); save it as CSV in UTF-8") from error
+        raise DataError(
+            f"{path}: not a text file ({error}); save it as CSV in UTF-8, or name the columns of a log: "
+            f"{OF_OTHERS}"
+        ) from error
     numbered = [
         (i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
     ]
@@ -84,7 +91,7 @@ def _header(path: Path, numbered: list[tuple[int, str]]) -> tuple[list[str], str
             remedy = (
                 f"commas are read here; --column velocity={missing} and so on reads other marks"
                 if missing in numbered[0][1] and len(header) == 1
-                else "rename or add it"
+                else f"rename or add it, or name those of a file of another program: {OF_OTHERS}"
             )
             raise DataError(f"{path}: row {numbered[0][0]}: column {missing} is missing; {remedy}")
     if len(set(header)) != len(header):

@@ -38,6 +38,13 @@ SEEDS = (
         ("tests/unit/test_config.py::test_what_would_open_the_rig_to_others_is_refused_with_its_key",),
     ),
     Seed(
+        "a package whose options are none is believed",
+        "hw/registry.py",
+        'if not hasattr(model, "model_validate"):',
+        "if not model:",
+        ("tests/unit/hw/test_registry.py::test_a_mistake_in_a_third_partys_package_is_named_with_its_line",),
+    ),
+    Seed(
         "a torque that was not measured counts as none",
         "rtctl/recording/panels.py",
         "np.where(count, square / np.maximum(count, 1), np.nan)",

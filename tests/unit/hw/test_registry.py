@@ -49,3 +49,31 @@ def test_a_third_partys_backend_that_is_not_there_is_named_with_where_to_install
     with pytest.raises(BackendError, match=said):
         registry.lookup("odd")
     registry.lookup.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "said"),
+    [
+        ("INFO = BackendInfo()", None, r"'odd' cannot be loaded: NameError: .*__init__\.py:1\)"),
+        (None, "odd_board.options:Options", "its package has no module odd_board.options"),
+        ("1 / 0", "odd_board:Options", r"cannot be loaded: ZeroDivisionError: .*__init__\.py:1\)"),
+        ("Options = 3", "odd_board:Options", "odd_board:Options is no pydantic model"),
+        ("Other = 3", "odd_board:Options", "cannot be loaded: AttributeError: .*Options"),
+    ],
+)
+def test_a_mistake_in_a_third_partys_package_is_named_with_its_line(
+    monkeypatch, tmp_path, text, target, said
+):
+    (tmp_path / "odd_board").mkdir()
+    (tmp_path / "odd_board/__init__.py").write_text(text or "")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "odd_board", raising=False)
+    made = [EntryPoint("odd", "odd_board:INFO", registry.GROUP)]
+    monkeypatch.setattr(registry, "entry_points", lambda group: made)
+    if target:
+        monkeypatch.setitem(registry.BUILT_IN, "odd", BackendInfo("x:y", target, True, ""))
+    registry.lookup.cache_clear()
+    with pytest.raises(BackendError, match=said):
+        registry.options_model("odd")
+    registry.lookup.cache_clear()
+    sys.modules.pop("odd_board", None)
