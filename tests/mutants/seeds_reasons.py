@@ -15,9 +15,9 @@ SEEDS = (
     Seed(
         "a message that cannot be read ends the page's events",
         "rtctl/client/view_feed.py",
-        "    with suppress(ClientError):\n",
-        "    with suppress(KeyError):\n",
-        (f"{STREAMS}a_message_that_cannot_be_read_ends_neither_events_nor_health",),
+        "        except ClientError as error:\n            why =",
+        "        except KeyError as error:\n            why =",
+        (f"{STREAMS}a_message_that_cannot_be_read_is_told_and_the_next_one_counts",),
     ),
     Seed(
         "ticks of two sizes of rig are joined for a browser",
