@@ -49,8 +49,8 @@ def sure_damping(b_nms_rad: float, joint: Joint) -> float:
 
 
 def link_damping(b_nms_rad: float, joint: Joint) -> float:
-    """Damping of `b_nms_rad` behind the joint's spring, N m s/rad: help, which acts at the motor, takes nothing
-    of it."""
+    """Damping of `b_nms_rad` behind the joint's spring, N m s/rad: help, which acts at the motor, takes
+    nothing of it."""
     return (1 - joint.motor_share) * b_nms_rad
 
 
