@@ -44,8 +44,14 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
 def sure_damping(b_nms_rad: float, joint: Joint) -> float:
     """Damping of `b_nms_rad` that no passive hand behind the joint can cancel, N m s/rad: b_m + b_j b_l /
     (b_j + b_l), and all of it where the joint is rigid (docs/theory.md 2.8)."""
-    link, own = (1 - joint.motor_share) * b_nms_rad, joint.damping_nms_rad
+    link, own = link_damping(b_nms_rad, joint), joint.damping_nms_rad
     return joint.motor_share * b_nms_rad + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
+
+
+def link_damping(b_nms_rad: float, joint: Joint) -> float:
+    """Damping of `b_nms_rad` behind the joint's spring, N m s/rad: help, which acts at the motor, takes
+    nothing of it."""
+    return (1 - joint.motor_share) * b_nms_rad
 
 
 def cut_a(loaded: LoadedConfig, axis: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hw.interface import Joint
+from rtctl.check.devices_of_axis import link_damping
 from rtctl.check.force_way import ForceWay
 from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, Drive, ElasticJoint, resonance
 from rtctl.control.proofs.stability import Between
@@ -35,7 +36,7 @@ def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, 
         sensor_hz=way.sensor_hz,
         sensor_ticks=way.ticks,
         force_lowpass_hz=table.force.lowpass_hz,
-        motor_share=joint.motor_share,
+        link_viscous_nms_rad=link_damping(table.viscous_nms_rad, joint),
         encoder=joint.encoder,
         joints=_joints(joint, table.inertia_kgm2),
     )

@@ -48,9 +48,9 @@ class _Joint:
         self.loop, self.at, joint = loop, at, loop.joints[0]
         self.rigid = joint.stiffness_nm_rad == 0
         self.share, self.k_j, self.b_j = joint.link_share, joint.stiffness_nm_rad, joint.damping_nms_rad
-        own = (1.0 if self.rigid else loop.motor_share) * loop.viscous_nms_rad
+        own = loop.viscous_nms_rad - (0.0 if self.rigid else loop.link_viscous_nms_rad)
         self.b_m = own + BRISTLE_DAMPING_SHARE * 2 * np.sqrt(at.bristle * loop.inertia_kgm2)
-        self.b_l = (1 - loop.motor_share) * loop.viscous_nms_rad
+        self.b_l = loop.link_viscous_nms_rad
         self._maps: dict[float, tuple[Array, Array]] = {}
 
     def rates(self, y: Array, command: Array) -> tuple[Array, Array]:
@@ -174,7 +174,7 @@ def random_rig(rng: np.random.Generator, elastic: float = 0.3) -> AdmittanceLoop
         lag_hz=float(rng.choice([0.0, 400.0])),
         sensor_hz=float(rng.choice([0.0, 10 ** rng.uniform(1.5, 3)])),
         sensor_ticks=int(rng.integers(0, 4)),
-        motor_share=0.6,
+        link_viscous_nms_rad=0.4 * viscous,
         joints=(joint,),
         box=Box(float(rng.uniform(50, 600)) * scale, scale, 1.5 * J),
     )

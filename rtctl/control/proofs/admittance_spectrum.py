@@ -80,9 +80,9 @@ class Joint:
     @property
     def dampings(self) -> tuple[float, float]:
         """Damping of motor and link, N m s/rad, that of the bristles included."""
-        b, share = self.loop.viscous_nms_rad, 1.0 if self.rigid else self.loop.motor_share
+        behind = 0.0 if self.rigid else self.loop.link_viscous_nms_rad
         own = BRISTLE_DAMPING_SHARE * 2 * math.sqrt(self.bristle_nm_rad * self.loop.inertia_kgm2)
-        return share * b + own, (1 - share) * b
+        return self.loop.viscous_nms_rad - behind + own, behind
 
     def at(self, s: Disc, inverse: Disc) -> tuple[Disc, Disc, Disc, Disc, Disc]:
         """d0, d1, x0, x1, t1 at s, with 1/s."""
@@ -102,7 +102,8 @@ class Joint:
         """Bounds of |x/D| |s| and of |t - t(infinity)| |s| for |s| beyond `least`, t the force's part; hands
         up to k and b, of masses m, shape (cells, 2)."""
         (J_m, J_l), (b_m, b_l) = self.masses, self.dampings
-        own, hand = b_m + self.bristle_nm_rad / least, b + k / least
+        # help may leave the motor less than none
+        own, hand = abs(b_m) + self.bristle_nm_rad / least, b + k / least
         light, heavy = m[:, 0], m[:, 1]
         with np.errstate(divide="ignore"):
             if self.rigid:

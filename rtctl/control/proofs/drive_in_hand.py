@@ -97,8 +97,8 @@ class Drive:
     force_lowpass_hz: float = 0.0
     bristle_nm_rad: float = 0.0
     """Break-away torque over presliding length."""
-    motor_share: float = 1.0
-    """Share of the viscous damping on the motor's side of an elastic joint."""
+    link_viscous_nms_rad: float = 0.0
+    """Of `viscous_nms_rad`, behind the spring of an elastic joint: help takes nothing of it."""
     encoder: str = "motor"
     """`motor` or `link`."""
     joints: tuple[ElasticJoint, ...] = (RIGID,)
@@ -179,11 +179,10 @@ def plant(
     share, k_j, b_j = shares[points.joint.astype(int)].T
     rigid = k_j == 0.0
     J, b, n = loop.inertia_kgm2, loop.viscous_nms_rad, points.k_h.size
-    b_m = np.where(rigid, b, loop.motor_share * b)  # one mass has all of it
+    behind = np.where(rigid, 0.0, loop.link_viscous_nms_rad)  # one mass has all of it
     # without the hand's mass, which would count as more damping of the bristles
     critical = 2 * np.sqrt(points.bristle * J)
-    b_m = b_m + BRISTLE_DAMPING_SHARE * critical + rubs
-    b_l = np.where(rigid, 0.0, (1 - loop.motor_share) * b) + points.b_h
+    b_m, b_l = b - behind + BRISTLE_DAMPING_SHARE * critical + rubs, behind + points.b_h
     J_m, J_l = np.where(rigid, J, (1 - share) * J), np.where(rigid, 0.0, share * J) + points.m_h
     A = np.zeros((n, STATES + 1, STATES + 1))
     A[:, 0, 1], A[:, 2, 3] = 1.0, 1.0

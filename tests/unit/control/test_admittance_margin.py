@@ -27,7 +27,7 @@ RIG = AdmittanceLoop(
 )
 """The rig of the oracles, with a mass and a damping that pass in every world."""
 
-ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), motor_share=0.6)
+ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), link_viscous_nms_rad=0.02)
 LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, intake_lowpass_hz=300.0)
 RARE = replace(RIG, delay=2.0, sample_ticks=3, position_gain_nm_rad=8.0, mass_kgm2=0.06)
 AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)

@@ -16,7 +16,7 @@ from rtctl.control.proofs.drive_in_hand import resonance
 RIG = AdmittanceLoop(
     0.012, 0.05, 1e-3, 0.03, 0.3, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0
 )
-ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), motor_share=0.6)
+ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), link_viscous_nms_rad=0.02)
 LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, intake_lowpass_hz=300.0)
 AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
 

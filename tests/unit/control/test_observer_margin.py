@@ -123,7 +123,7 @@ def test_without_gain_nothing_is_damped_less_and_the_remedies_pass():
 
 
 def test_joints_that_ring_at_30_to_100_hz_pass_and_one_of_20_does_not():
-    elastic = replace(RIG, motor_share=0.8, stiffness_nm_rad=45.0)
+    elastic = replace(RIG, link_viscous_nms_rad=0.01, stiffness_nm_rad=45.0)
     joints = {hz: (resonance(RIG.inertia_kgm2, hz),) for hz in (20.0, 30.0, 100.0)}
     assert frequency_hz(RIG.inertia_kgm2, joints[30.0][0]) == pytest.approx(30.0)
     assert judge(replace(elastic, joints=joints[30.0])).ok

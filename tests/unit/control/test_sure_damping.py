@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from law_rig import COUNT, LawRig, T
+from scipy.linalg import expm
 
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
 from rtctl.check.law_plan import build
-from rtctl.check.stability_report import bearing, figures_alone
+from rtctl.check.stability_report import admittance_loop, bearing, figures_alone
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.jit import compiled
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, points, spectral_radii
+from rtctl.control.proofs.drive_in_hand import ElasticJoint
 from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -109,12 +112,18 @@ def test_the_plan_of_an_elastic_joint_says_what_is_sure():
         assert p[name][0] == sure
 
 
+def helped(loaded, **axis):
+    """The rig file with four fifths of the viscous friction compensated."""
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0] |= axis
+    table["axis"][0]["friction"]["viscous_gain"] = 0.8
+    return loaded.model_copy(update={"config": Config.model_validate(table)})
+
+
 @pytest.mark.parametrize("rig", ["mock-elastic.toml", "mock.toml"])
 def test_what_help_takes_it_takes_at_the_motor(rig):
     loaded = load(CONFIGS / rig)
-    table = loaded.config.model_dump(mode="json", by_alias=True)
-    table["axis"][0]["friction"]["viscous_gain"] = 0.8
-    strong = loaded.model_copy(update={"config": Config.model_validate(table)})
+    strong = helped(loaded)
     plain, found = figures_alone(loaded, 0), figures_alone(strong, 0)
     taken = plain.total_damping_nms_rad - found.total_damping_nms_rad
     assert taken > 0.5 * plain.total_damping_nms_rad
@@ -124,3 +133,53 @@ def test_what_help_takes_it_takes_at_the_motor(rig):
     assert bearing(strong, 0)[0] == found.device_damping_nms_rad
     if rig == "mock.toml":
         assert found.device_damping_nms_rad == found.total_damping_nms_rad
+
+
+def test_behind_a_virtual_mass_help_takes_nothing_of_the_link_either():
+    shown = {"mass_kgm2": 0.03, "damping_nms_rad": 0.3, "velocity_gain_nms_rad": 1.2}
+    strong = helped(load(CONFIGS / "mock-elastic.toml"), display="admittance", admittance=shown)
+    loop, b = admittance_loop(strong, 0), strong.config.axis[0].viscous_nms_rad
+    assert loop.viscous_nms_rad == figures_alone(strong, 0).total_damping_nms_rad < 0.5 * b
+    share = joint_of_axis(strong, 0).motor_share
+    assert loop.link_viscous_nms_rad == pytest.approx((1 - share) * b, rel=1e-12)
+
+
+def growth_of_a_mass(motor, link, spring, virtual, heavy, late, ticks=1000):
+    """Growth a tick of a virtual mass on a world's spring, its servo, an elastic joint and a hand that is a
+    mass: Newton's law, each torque held. `motor` and `link`: inertia, damping."""
+    (m, b_v, k_e, K_v, K_p, force_hz, velocity_hz), (k_j, b_j) = virtual, spring
+    quick_f, quick_v = (1 - math.exp(-math.tau * hz * T) for hz in (force_hz, velocity_hz))
+    law = np.zeros((5, 5))  # x, v, the link's, and the torque, which stays
+    law[0, 1] = law[2, 3] = 1.0
+    law[1] = np.array([-k_j, -b_j - motor[1], k_j, b_j, 1.0]) / motor[0]
+    law[3] = np.array([k_j, b_j, -k_j, -b_j - link[1], 0.0]) / (link[0] + heavy)
+    first, rest = expm(late * T * law), expm((1 - late) * T * law)
+    y, felt, v_hat, v_r, x_r, before, sizes = np.array([0, 0, 0, 0.01, 0]), 0.0, 0.0, 0.0, 0.0, 0.0, []
+    for _ in range(ticks):
+        felt += quick_f * (-heavy * law[3] @ y - felt)
+        v_hat, before = v_hat + quick_v * ((y[0] - before) / T - v_hat), y[0]
+        v_r = (m * v_r + T * (felt - k_e * x_r)) / (m + b_v * T + k_e * T * T)
+        x_r += T * v_r
+        sent = K_v * (v_r - v_hat) + K_p * (x_r - y[0])
+        y = first @ y
+        y[4] = sent
+        y = rest @ y
+        sizes.append(abs(y[1]) + abs(y[3]))
+    early, last = (max(sizes[end - ticks // 5 : end]) for end in (ticks // 2, ticks))
+    return (last / early) ** (2 / ticks)
+
+
+@pytest.mark.parametrize(("link", "grows"), [(0.1109, True), (0.0376, False)])
+def test_a_display_whose_help_is_taken_from_the_link_too_looks_stable_and_is_not(link, grows):
+    """Damping of .0463 that help leaves of .1366; behind the spring are .1109 of it, or a share as small."""
+    J, share, left, heavy, late, k_j, b_j = 0.012, 0.733, 0.0463, 0.02, 0.578, 657.9, 0.0568
+    m, b_v, k_e, K_v, K_p, force_hz, velocity_hz = virtual = 0.0847, 0.723, 2.89e4, 1.548, 10.0, 138.3, 84.4
+    loop = AdmittanceLoop(
+        J, left, T, m, b_v, K_v, K_p, force_lowpass_hz=force_hz, velocity_lowpass_hz=velocity_hz, delay=late,
+        link_viscous_nms_rad=link, joints=(ElasticJoint(share, k_j, b_j),),
+    )  # fmt: skip
+    radius = spectral_radii(loop, points([(0, 0, heavy, 0, 0, k_e, 0)]))[0]
+    motor, behind = ((1 - share) * J, left - link), (share * J, link)
+    growth = growth_of_a_mass(motor, behind, (k_j, b_j), virtual, heavy, late)
+    assert (growth > 1.005) == grows == (radius > 1.005)
+    assert growth == pytest.approx(radius, abs=1e-4)

@@ -1,0 +1,32 @@
+"""Help that acts at the motor of an elastic joint, and is counted as if it took of the link (0164)."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+SURE = ("tests/unit/control/test_sure_damping.py",)
+
+SEEDS = (
+    Seed(
+        "behind a virtual mass help takes its share of the link's damping, too",
+        "rtctl/check/admittance_figures.py",
+        "        viscous_nms_rad=figures.total_damping_nms_rad,\n",
+        "        viscous_nms_rad=figures.total_damping_nms_rad,\n"
+        "        link_viscous_nms_rad=(1 - joint.motor_share) * figures.total_damping_nms_rad,\n",
+        SURE,
+    ),
+    Seed(
+        "the motor of an elastic joint keeps the link's damping besides",
+        "rtctl/control/proofs/drive_in_hand.py",
+        "b_m, b_l = b - behind + ",
+        "b_m, b_l = b + ",
+        SURE,
+    ),
+    Seed(
+        "between the points the motor keeps the link's damping besides",
+        "rtctl/control/proofs/admittance_spectrum.py",
+        "return self.loop.viscous_nms_rad - behind + own, behind",
+        "return self.loop.viscous_nms_rad + own, behind",
+        ("tests/unit/control/test_admittance_proof.py",),
+    ),
+)
