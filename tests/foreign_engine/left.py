@@ -143,8 +143,8 @@ def by_observer(one, _out, told, dry):
     aimed = (1 - 0.03 * np.exp(-((told["velocity_rad_s"] / 0.03) ** 2))) * seen
     wanted = gain * np.sign(aimed) * np.maximum(np.abs(aimed) - dead, 0.0)
     unfed = np.clip(1 + told["fed_j"] / bank, 0.0, 1.0)
-    taken, sent = stages(wanted, {**taken_back(told), "fed": unfed})
-    return {"lag": dry - seen, "meant": seen - wanted, **taken, "rest": sent - told["observer_torque_nm"]}
+    taken, _ = stages(wanted, {**taken_back(told), "fed": unfed})
+    return {"lag": dry - seen, "meant": seen - wanted, **taken}
 
 
 def row(name, hand, motion, policy, device, folder):
@@ -158,6 +158,7 @@ def row(name, hand, motion, policy, device, folder):
     made = by_observer if policy == "observer" else by_curve
     parts = {"inertia": inertia, "viscous": viscous, **made(one, out, told, dry)}
     torque = out[:, 2]
+    parts["else"] = torque - np.sum(list(parts.values()), axis=0)
     oracles = []
     for share in ORACLES:
         rubs = joint._replace(dry=share * joint.dry, link_dry=share * joint.link_dry)
