@@ -33,6 +33,8 @@ def energy_account(s: Subject) -> list[Verdict]:
     )
     if not sure.measured:
         text += ", and nobody measured it: `rtctl identify`, or friction.presliding_rad"
+    if sure.may_be_shorter:
+        text += "; a joint that hardly bends turns all of its friction at once: more of it is left there"
     swing_j = s.axis.friction.conservative_swing_j if s.axis.friction else 0.0
     if swing_j > 0:
         text += (

@@ -2,7 +2,8 @@
 
     v~ = v - LP v,   c~ = c - LP c                   of velocity and observer's torque as it acted; 3 Hz
     E <- min(E + (FED_MOST b v~^2 - c~ v~) T + (bank - E) T/FORGOTTEN_S, bank)
-                                                     `TURN_S` after the joint last turned, while it slides
+                                                     `TURN_S` after the joint last turned, while it slides;
+                                                     of a stand once it goes on the same way
     share = clip(1 + E/bank, 0, 1)                   of the observer that is sent
 
 Why. The certificate has every hand and every gear keep a quarter of its damping, on a joint that slides, by
@@ -15,6 +16,9 @@ what is quicker than a hand?
 
 - Friction that is constant in sliding takes nothing from a vibration, so an observer that is right gives it
   nothing. In a turn friction takes, and the observer gives: nothing is counted there.
+- A stand that ends in a turn is part of it. Where friction holds without bending it turns with the hand's
+  push before the joint does, and the observer with it, while the low-passes remember how the joint stopped:
+  each turn counted as one and a half banks, and an observer alone had a third of its torque for .5 s.
 - It is not asked of the feed-forward, which lags by nothing and goes by the speed: beside a sine of a hand
   its torque falls while the joint is quick, which counts as feeding.
 - What is fed is forgotten within seconds, so that the share settles where about a bank is fed in
@@ -60,16 +64,23 @@ def _feed(s: Record, p: Record, axis: int, bank: float, elapsed: int) -> None:
     alpha = min(BESIDE_TIMES * p.rest_alpha[axis] * elapsed, 1.0)
     s.fed_rad_s[axis] += alpha * v
     s.fed_nm[axis] += alpha * acted
-    energy = s.fed_j[axis] + (bank - s.fed_j[axis]) * min(T / FORGOTTEN_S, 1.0)
+    forgotten = min(T / FORGOTTEN_S, 1.0)
+    energy = s.fed_j[axis] + forgotten * (bank - s.fed_j[axis])
+    s.fed_standing_j[axis] -= forgotten * s.fed_standing_j[axis]
     if slides(s, axis):
-        # of one direction: a turn begins anew
-        s.fed_slid_s[axis] = s.fed_slid_s[axis] + T if s.bristle_share[axis] == s.fed_side[axis] else 0.0
-        s.fed_side[axis] = s.bristle_share[axis]
+        if s.bristle_share[axis] != s.fed_side[axis]:  # of one direction: a turn begins anew
+            s.fed_slid_s[axis] = s.fed_standing_j[axis] = 0.0
+            s.fed_side[axis] = s.bristle_share[axis]
+        else:
+            s.fed_slid_s[axis] += T
         if s.fed_slid_s[axis] > TURN_S:
             # what viscous damping may lose, less what is fed
-            energy += (FED_MOST * p.viscous_nms_rad[axis] * v - acted) * v * T
-    if not math.isfinite(energy + s.fed_rad_s[axis] + s.fed_nm[axis]):
-        energy = s.fed_rad_s[axis] = s.fed_nm[axis] = 0.0
+            s.fed_standing_j[axis] += (FED_MOST * p.viscous_nms_rad[axis] * v - acted) * v * T
+        if s.rest_ticks[axis] == 0:  # it goes on as it went before it stood: a stick and a slip
+            energy += s.fed_standing_j[axis]
+            s.fed_standing_j[axis] = 0.0
+    if not math.isfinite(energy + s.fed_standing_j[axis] + s.fed_rad_s[axis] + s.fed_nm[axis]):
+        energy = s.fed_standing_j[axis] = s.fed_rad_s[axis] = s.fed_nm[axis] = 0.0
     s.fed_j[axis] = max(min(energy, bank), -bank)  # at -bank nothing is sent: more debt would only last
 
 
@@ -82,7 +93,7 @@ def unfed_share(s: Record, p: Record, axis: int, elapsed: int) -> float:
         return 1.0
     if not is_powered(s.state) or is_admittance(s, axis):
         s.fed_j[axis] = bank
-        s.fed_rad_s[axis] = s.fed_nm[axis] = s.fed_slid_s[axis] = 0.0
+        s.fed_rad_s[axis] = s.fed_nm[axis] = s.fed_slid_s[axis] = s.fed_standing_j[axis] = 0.0
         return 1.0
     if elapsed > 0:
         _feed(s, p, axis, bank, elapsed)

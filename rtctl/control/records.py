@@ -386,6 +386,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "fed_sent_nm": (HELD,),  # the observer's torque sent, ring by `ticks`
             "fed_slid_s": (),  # for which it has slid in one direction, and that
             "fed_side": (),
+            "fed_standing_j": (),  # counted in one place, which counts once it goes on the same way
             "paid_j": (),  # account of what is paid for friction (control.paying)
             "paid_left": (),  # share of the help that is left
             "paid_rad": (),  # motion, speed, and torque of world and injected damping of the sample before

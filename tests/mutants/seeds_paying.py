@@ -60,7 +60,7 @@ SEEDS = (
     Seed(
         "an observer that was taken back never comes again",
         "rtctl/control/feeding.py",
-        " + (bank - s.fed_j[axis]) * min(T / FORGOTTEN_S, 1.0)",
+        " + forgotten * (bank - s.fed_j[axis])",
         "",
         (f"{TESTS}::test_what_was_fed_is_forgotten_within_seconds",),
     ),

@@ -117,12 +117,14 @@ def test_a_length_that_nobody_measured_is_not_proved_and_one_that_is_given_is(ri
     rows = _rows(assumed)
     assert rows[ACCOUNT].outcome is Outcome.NOT_PROVED
     assert "rtctl identify" in rows[ACCOUNT].meaning
+    assert "a joint that hardly bends" in rows[ACCOUNT].meaning
     assert rows[TWO_LINES].outcome is Outcome.NOT_PROVED
     assert examine(assumed).axes[0].to_dict()["guarantee"]["length_source"] == ASSUMED
     policy = _policy("hybrid")[0]
     given = _rows(rig((policy, f"{policy}\npresliding_rad = 0.002"), model=unknown))
     assert given[ACCOUNT].outcome is Outcome.PASS
     assert "rig file" in given[ACCOUNT].meaning
+    assert "hardly bends" not in given[ACCOUNT].meaning
 
 
 def test_the_least_friction_of_law_and_margins_is_one_rule(rig):

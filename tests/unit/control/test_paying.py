@@ -52,6 +52,7 @@ class Joint:
         for v, torque in zip(speed, observer, strict=True):
             state["position_before_rad"], state["position_rad"] = 0.0, v * T
             state["fed_sent_nm"] = torque
+            state["rest_ticks"] = 0 if v else state["rest_ticks"] + 1
             shares.append(UNFED(state, self.rig.params, 0, 1))
             state["ticks"] += 1
         return np.array(shares)
@@ -140,6 +141,23 @@ def test_an_observer_that_damps_a_ring_and_one_in_a_turn_are_left_alone():
     speed, phase = ring(10.0, 2.0)
     assert np.all(Joint().fed(speed, F - 40.0 * B * 0.05 * phase) == 1.0)
     assert np.all(Joint().fed(speed, F + 40.0 * B * 0.05 * phase, side=0.5) == 1.0)
+
+
+def test_a_joint_that_stands_as_its_hand_turns_back_is_fed_nothing_by_what_low_passes_remember():
+    time = T * np.arange(1000)
+    speed = np.where(time < 0.5, np.minimum(0.6, 3.0 * (0.5 - time)), 0.0)
+    # on a joint that holds without bending friction turns with the hand's push before the joint does
+    observer = F * np.where(time < 0.5, 1.0, np.maximum(1.0 - (time - 0.5) / 0.08, -1.0))
+    joint = Joint()
+    assert np.all(joint.fed(speed, observer) == 1.0)
+    assert np.all(joint.fed(np.full(5, -0.1), np.full(5, -F), side=-1.0) == 1.0)
+
+
+@pytest.mark.parametrize(("hz", "slips"), [(4.0, 0.2), (30.0, 0.5)])
+def test_an_observer_that_pushes_a_joint_on_at_each_slip_is_taken_back(hz, slips):
+    phase = np.mod(hz * T * np.arange(4000), 1.0)
+    speed = np.where(phase < slips, 0.4 * np.sin(math.pi * phase / slips), 0.0)
+    assert Joint().fed(speed, F * (0.6 + speed))[-200:].mean() < 0.5
 
 
 def test_what_was_fed_is_forgotten_within_seconds():
