@@ -75,7 +75,11 @@ def fitted(base, axes, folder, share, **more):
     plain = rig_file(base, axes, folder, **more)
     axes = [dict(one) for one in axes]
     for index, one in enumerate(axes):
-        one["coupling"] = one["coupling"] | {"stiffness_nm_rad": min(share * stiffest(plain, index), 1e6)}
+        k_c = min(share * stiffest(plain, index), 1e6)
+        one["coupling"] = one["coupling"] | {"stiffness_nm_rad": k_c}
+        # as steep as `check` asks for it, and no steeper (decision 0166)
+        steep = 0.251 * k_c * plain.config.axis[index].velocity_limit_rad_s
+        one["torque_rate_nm_s"] = max(plain.config.axis[index].torque_rate_nm_s, steep)
     for _ in range(3):
         loaded = rig_file(base, axes, folder, **more)
         if certified(loaded):

@@ -106,7 +106,7 @@ class Subject:
     moment_step_nm: float = 0.0
     """Step of the force sensor's moments, N m; 0: it gives none."""
     passivity: PassivityTable | None = None
-    """Energies of the rig's accounts; None: nobody asks."""
+    """Accounts of the rig; None: nobody asks."""
 
     @property
     def hand(self) -> float:
