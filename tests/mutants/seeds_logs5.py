@@ -1,0 +1,45 @@
+"""Seeded bugs in what a log says of springs and of a rig file's figures (decision 0167)."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+SPRINGS = "tests/unit/friction/test_springs.py"
+
+SEEDS = (
+    Seed(
+        "friction that goes by the place is a spring",
+        "rtctl/friction/logs/springs.py",
+        "abs(turned) > ALIKE * abs(both)",
+        "abs(turned) > 1e9 * abs(both)",
+        (f"{SPRINGS}::test_what_is_no_spring_stays",),
+    ),
+    Seed(
+        "the spring stays in the friction points",
+        "rtctl/friction/logs/log_input.py",
+        "friction = friction - found[name].value * column",
+        "friction = friction - 0.0 * column",
+        (f"{SPRINGS}::test_the_points_are_without_the_spring",),
+    ),
+    Seed(
+        "a spring is told by itself where gravity looks alike",
+        "rtctl/friction/logs/springs.py",
+        "fit.rest < TOLD_APART * fits[k].rest",
+        "fit.rest < 0.0 * fits[k].rest",
+        (f"{SPRINGS}::test_over_a_short_travel_gravity_and_a_spring_are_told_together",),
+    ),
+    Seed(
+        "gravity and a spring that are alike refuse the joint",
+        "rtctl/friction/logs/least_squares.py",
+        "if not by_place:",
+        "if True:",
+        (f"{SPRINGS}::test_what_goes_by_the_place_is_told_beside_the_joint",),
+    ),
+    Seed(
+        "a motor's turned sign is a spring",
+        "rtctl/friction/logs/springs.py",
+        "return not explained_as_well(balance, plain, fit)",
+        "return True",
+        (f"{SPRINGS}::test_a_motor_that_plays_a_spring_with_its_sign_turned_is_no_spring",),
+    ),
+)
