@@ -33,7 +33,7 @@ SEEDS = (
         "rtctl/friction/logs/least_squares.py",
         "if not by_place:",
         "if True:",
-        (f"{SPRINGS}::test_what_goes_by_the_place_is_told_beside_the_joint",),
+        (f"{SPRINGS}::test_over_a_short_travel_gravity_and_a_spring_are_told_together",),
     ),
     Seed(
         "a motor's turned sign is a spring",
