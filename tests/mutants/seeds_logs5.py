@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+RIG = "tests/unit/friction/test_plausibility.py"
 SPRINGS = "tests/unit/friction/test_springs.py"
 
 SEEDS = (
@@ -41,5 +42,19 @@ SEEDS = (
         "return not explained_as_well(balance, plain, fit)",
         "return True",
         (f"{SPRINGS}::test_a_motor_that_plays_a_spring_with_its_sign_turned_is_no_spring",),
+    ),
+    Seed(
+        "the steps of an encoder tell no unit",
+        "rtctl/friction/logs/against_rig.py",
+        "abs(ratio / factor - 1) < SAME_STEP",
+        "abs(ratio / factor - 1) < -SAME_STEP",
+        (f"{RIG}::test_the_steps_of_an_encoder_tell_the_unit_of_a_position",),
+    ),
+    Seed(
+        "less dry friction than the rig promises is no word",
+        "rtctl/friction/logs/against_rig.py",
+        "coulomb.high < axis.dry_friction_nm",
+        "coulomb.high < 0.0 * axis.dry_friction_nm",
+        (f"{RIG}::test_parameters_that_contradict_the_rig_file_are_said",),
     ),
 )
