@@ -57,4 +57,11 @@ SEEDS = (
         "coulomb.high < 0.0 * axis.dry_friction_nm",
         (f"{RIG}::test_parameters_that_contradict_the_rig_file_are_said",),
     ),
+    Seed(
+        "a motion of one frequency hides a spring, and nothing says so",
+        "rtctl/friction/logs/springs.py",
+        "own.std() > OWN_LEAST * x.std()",
+        "own.std() > -OWN_LEAST * x.std()",
+        (f"{SPRINGS}::test_a_motion_of_one_frequency_tells_no_spring",),
+    ),
 )

@@ -28,7 +28,7 @@ from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, taken_late
 from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.logs.speeds_seen import below_the_slowest
-from rtctl.friction.logs.springs import Spring, spring_in
+from rtctl.friction.logs.springs import Spring, hidden, spring_in
 from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.logs.two_shares import with_share_of_two
@@ -143,7 +143,7 @@ def read_in_time(
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
-    unknown = (*untold, *unseen, *below_the_slowest(signals))
+    unknown = (*untold, *unseen, *hidden(signals), *below_the_slowest(signals))
     told = (*copied, *told, *off)
     return InTime(logs, signals, cutoff, slowest, tuple(delays_s), told, taken, unknown, bent)
 

@@ -35,6 +35,9 @@ Logs = tuple[tuple[AxisLog, ...], ...]
 Shape = Callable[[np.ndarray], np.ndarray]
 
 
+OWN_LEAST = 0.05
+"""Share of the place, RMS, that the motion must not have for a log to tell a spring."""
+
 APART = 20.0
 """Largest condition number of the columns of a form of which each is told by itself."""
 
@@ -145,6 +148,24 @@ def spring_in(signals: Regressors, logs: Logs, speed_min_rad_s: float) -> Spring
     apart = np.linalg.cond(matrix / np.sqrt((matrix**2).mean(axis=0))) < APART
     told = _text(signals, form, float(np.std(matrix @ coefficients)), others, apart=bool(apart))
     return Spring(form, coefficients, means, columns, told)
+
+
+def hidden(signals: Regressors) -> tuple[str, ...]:
+    """What a motion of one frequency cannot tell: there the place is the acceleration turned over."""
+    balance = Balance.of(signals)
+    if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
+        return ()
+    others = np.hstack([balance.motion, balance.nuisance])
+    x = balance.position - balance.position.mean()
+    # what of the place the motion does not say anyway is all that a spring could be told by
+    own = x - others @ np.linalg.lstsq(others, x, rcond=1e-9)[0]
+    if signals.by_place or own.std() > OWN_LEAST * x.std():
+        return ()
+    return (
+        "whether a spring or gravity acts: this motion is of one frequency, at which its torque and that of "
+        "an inertia are one; a stiffness of k at w rad/s makes the inertia k/w^2 too small (record strokes "
+        "of several speeds)",
+    )
 
 
 def _plainest(rests: list[float]) -> int:

@@ -14,7 +14,7 @@ from rtctl.friction.logs.log_input import samples
 from rtctl.friction.logs.log_points import SPEED_MIN_RAD_S
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
-from rtctl.friction.logs.springs import spring_in
+from rtctl.friction.logs.springs import hidden, spring_in
 
 RATE_HZ, INERTIA, COULOMB, VISCOUS = 250.0, 0.02, 0.2, 0.05
 TRUTH = {"inertia_kgm2": INERTIA, "coulomb_nm": COULOMB, "viscous_nms_rad": VISCOUS}
@@ -113,6 +113,16 @@ def test_a_torque_that_is_late_is_no_spring():
     log = joint(lambda x: 0 * x)
     late = AxisLog(RATE_HZ, log.position_rad, np.roll(log.torque_nm, 10), "log.csv", "0")
     assert found(late)[0] is None
+
+
+def test_a_motion_of_one_frequency_tells_no_spring():
+    t = np.arange(5000) / RATE_HZ
+    turn = 2 * np.pi * 1.3
+    x, v, a = np.sin(turn * t), turn * np.cos(turn * t), -(turn**2) * np.sin(turn * t)
+    torque = INERTIA * a + 0.5 * x + COULOMB * np.sign(v) + VISCOUS * v
+    signals = regressors(AxisLog(RATE_HZ, x, torque, "log.csv", "0"), 20.0)
+    assert "one frequency" in hidden(signals)[0]
+    assert hidden(regressors(joint(lambda x: 0.0 * x), 20.0)) == ()
 
 
 def test_a_motor_that_plays_a_spring_with_its_sign_turned_is_no_spring():
