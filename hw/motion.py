@@ -17,6 +17,7 @@ Motion = Literal["rotary", "linear"]
 
 LINEAR_UNITS = {
     "N m s/rad": "N s/m",
+    "N m/rad^2": "N/m^2",
     "N m/rad": "N/m",
     "N m/s": "N/s",
     "mN m": "mN",
@@ -33,6 +34,7 @@ LINEAR_UNITS = {
 
 LINEAR_ENDINGS = {
     "nms_rad": "ns_m",
+    "nm_rad2": "n_m2",
     "nm_rad": "n_m",
     "nm_s": "n_s",
     "rad_s2": "m_s2",

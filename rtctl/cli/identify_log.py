@@ -128,6 +128,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own. Columns in m or mm
     and N are of a linear axis."""
+    from rtctl.friction.logs.against_rig import against_encoder, against_rig
     from rtctl.friction.logs.loads import with_load
     from rtctl.friction.logs.log_checks import diagnose
     from rtctl.friction.logs.log_input import options_of, samples
@@ -136,7 +137,6 @@ def command(  # longer than 50 lines: the steps are in order of the work
     from rtctl.friction.logs.plausibility import (
         ANY_LINEAR,
         Limits,
-        against_rig,
         doubtful_friction,
         doubtful_offsets,
         doubtful_parameters,
@@ -170,7 +170,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
         read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
         parts = [stretches[0] for stretches in read]
-        told = diagnose(read, signals)
+        told = (*diagnose(read, signals), *against_encoder(read, geared.counts_per_rev, motion))
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
         warnings = [*taken, *unsaid, *fit.warnings, *found.notes, *told, *doubtful]

@@ -82,7 +82,9 @@ class Balance:
         """RMS of the torque about the offset of its log."""
         # a share of the torque is no offset: it is part of what is to be explained
         offsets = self.nuisance[:, : self.nuisance.shape[1] - self.signals.besides.shape[1]]
-        centred = self.torque - offsets @ np.linalg.lstsq(offsets, self.torque, rcond=None)[0]
+        # a spring explains nothing of the joint: beside a strong one all that is left over would be little
+        torque = (self.signals.torque_nm - self.signals.place_nm)[self.signals.sliding]
+        centred = torque - offsets @ np.linalg.lstsq(offsets, torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
 
     @property

@@ -89,9 +89,7 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     """
     plain, source = balance.fit(), balance.signals.source
     refusals, doubts, least = [], [], plain.rest
-    # the plainest mistakes first: of causes that leave as little over the first is told (`ALIKE`)
-    searched = (_velocity_as_position, _weight, high_passed, delayed, _position, lost_counts, changed_within)
-    for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
+    for find in _SEARCHED if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
         if found is None:
             continue
@@ -120,6 +118,17 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     if left > DOUBTFUL_SHARE:
         warnings.append(_unexplained(source, left, DOUBTFUL_SHARE))
     return tuple(warnings)
+
+
+def explained_as_well(balance: Balance, plain: Fit, by_place: Fit) -> bool:
+    """Whether another cause says what is left over better than a torque that goes by the place, or a plainer
+    one about as well."""
+    as_well = min(ALIKE * by_place.rest, TOLD_RATIO * plain.rest)
+    for k, find in enumerate(_SEARCHED):
+        found = find(balance, plain) if find is not _position else None
+        if found and found[1].rest <= (as_well if k < _SEARCHED.index(_position) else by_place.rest):
+            return True
+    return False
 
 
 def _unexplained(source: str, left: float, most: float) -> str:
@@ -228,6 +237,10 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
         f"{other.viscous:.3g} N m s/rad and Coulomb friction {other.coulomb:.3g} N m",
         other,
     )
+
+
+# the plainest mistakes first: of causes that leave as little over the first is told (`ALIKE`)
+_SEARCHED = (_velocity_as_position, _weight, high_passed, delayed, _position, lost_counts, changed_within)
 
 
 def _over_time(balance: Balance, most: float) -> list[str]:

@@ -26,8 +26,9 @@ def held_still(balance: Balance) -> tuple[str, ...]:
     if not fit.coulomb > 0:
         return ()
     wanted = balance.motion @ np.array([fit.inertia, fit.viscous, fit.coulomb])
+    torque_nm = signals.torque_nm - signals.place_nm
     # less the zero that the sliding rows tell: an offset of the sensor pushes nothing
-    push = np.abs(signals.torque_nm - float(np.median(balance.torque - wanted)))
+    push = np.abs(torque_nm - float(np.median(torque_nm[signals.sliding] - wanted)))
     stands = np.abs(signals.velocity_rad_s) < STANDS_RAD_S * signals.radian
     held = stands & (push > PUSHED * fit.coulomb)
     # log by log: the end of one and the begin of the next are no stand

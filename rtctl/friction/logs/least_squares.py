@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,16 +26,18 @@ def columns_of(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Col
     """Columns of both forms, symmetric and per direction."""
     v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
-    share = {} if signals.share_nm is None else {"torque_share": signals.share_nm}
+    besides = dict(signals.by_place)
+    if signals.share_nm is not None:
+        besides["torque_share"] = signals.share_nm
     return (
-        {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **share, **levels},
+        {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **besides, **levels},
         {
             "inertia_kgm2": a,
             "viscous_forward_nms_rad": np.where(v > 0, v, 0.0),
             "viscous_backward_nms_rad": np.where(v < 0, v, 0.0),
             "level_forward_nm": 0.5 * (1 + s),
             "level_backward_nm": 0.5 * (1 - s),
-            **share,
+            **besides,
         },
     )
 
@@ -43,8 +46,9 @@ def columns_of(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Col
 class Regression:
     """A least-squares fit: parameters by name (unit in the name) and how good it is.
 
-    `relative_error` is the residual's RMS over the torque's, `condition` the condition number of the
-    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals."""
+    `relative_error` is the residual's RMS over that of the torque without a spring's, `condition` the
+    condition number of the columns scaled to unit size (those of a place are one by one at right angles),
+    `blocks` the number of stretches of time behind the intervals."""
 
     parameters: dict[str, Estimate]
     condition: float
@@ -62,10 +66,12 @@ def solve(
     if signals.waves is not None:
         nuisance = np.hstack([nuisance, signals.waves])
     matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
+    # a spring moves nothing: beside a strong one any residual would be a small share
+    moved = (signals.torque_nm - signals.place_nm)[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0
     scaled = matrix / scale
-    condition = _condition(signals, scaled, columns)
+    condition = _condition(signals, _told_together(scaled, columns, signals.by_place), columns)
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
     own, drift = np.split(scaled, [len(columns)], axis=1)
@@ -82,11 +88,22 @@ def solve(
     return Regression(
         parameters=estimates(list(columns), solution / scale, error, freedom),
         condition=condition,
-        relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
+        relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(moved**2))),
         rms_nm=float(np.sqrt(np.mean(residual**2))),
         n=len(torque),
         blocks=int(block[-1]) + 1,
     )
+
+
+def _told_together(scaled: np.ndarray, columns: Collection[str], by_place: Collection[str]) -> np.ndarray:
+    """Scaled columns, of which those of a place are axes of what they tell together, about their mean:
+    gravity, a spring and an offset are alike over a short travel, and the joint is told all the same."""
+    if not by_place:
+        return scaled
+    together = np.zeros(scaled.shape[1], bool)
+    together[: len(columns)] = [name in by_place for name in columns]
+    place = scaled[:, together] - scaled[:, together].mean(axis=0)
+    return np.hstack([scaled[:, ~together], np.linalg.qr(place)[0] * np.sqrt(len(scaled))])
 
 
 def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:

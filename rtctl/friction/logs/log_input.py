@@ -227,6 +227,8 @@ def samples(
     rows = signals.sliding
     # viscous friction stays in: it is part of the curve that is learned of these points
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
+    for name, column in signals.by_place.items():
+        friction = friction - found[name].value * column
     if remove_offset:
         friction = friction - offset_rows(signals, fit)
     beside = {"position_rad": signals.position_rad[rows], "log": signals.log[rows].astype(float)}

@@ -28,6 +28,7 @@ from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, taken_late
 from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.logs.speeds_seen import below_the_slowest
+from rtctl.friction.logs.springs import Spring, hidden, spring_in
 from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.logs.two_shares import with_share_of_two
@@ -109,13 +110,16 @@ def read_in_time(
     def looked_at(
         logs: tuple[tuple[AxisLog, ...], ...],
     ) -> tuple[tuple[tuple[AxisLog, ...], ...], Regressors, Presliding | None]:
+        # first of all: a turn on a spring is no turn of the friction alone
+        spring = spring_in(_pool(logs, cutoff, slowest), logs, slowest)
+        logs = spring.taken_out(logs) if spring else logs
         # before the rows are chosen: which of them slide goes by it (decision 0080)
         bent = presliding_of_logs([one for stretches in logs for one in stretches], cutoff, slowest)
         long = settled(logs, bent)
-        signals = _signals_of(long, cutoff, slowest)
+        signals = _signals_of(long, cutoff, slowest, spring)
         # strokes shorter than these bristles: rows that still bend a little are better than none
         if long is not logs and not signals.enough():
-            return logs, _signals_of(logs, cutoff, slowest), bent
+            return logs, _signals_of(logs, cutoff, slowest, spring), bent
         return long, signals, bent
 
     logs = read([torque_delay_s] * len(options))
@@ -139,7 +143,7 @@ def read_in_time(
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
-    unknown = (*untold, *unseen, *below_the_slowest(signals))
+    unknown = (*untold, *unseen, *hidden(signals), *below_the_slowest(signals))
     told = (*copied, *told, *off)
     return InTime(logs, signals, cutoff, slowest, tuple(delays_s), told, taken, unknown, bent)
 
@@ -160,12 +164,20 @@ def _halves(
     return round(taken_late(signals, half_s) / half_s)
 
 
-def _signals_of(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad_s: float) -> Regressors:
+def _pool(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad_s: float) -> Regressors:
     found = []
     for stretches in logs:
         with of_file(Path(stretches[0].source)):
             found.append(of_stretches(stretches, cutoff_hz, slowest_rad_s))
-    pool = without_waves(pooled(found), logs, slowest_rad_s)
+    return pooled(found)
+
+
+def _signals_of(
+    logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad_s: float, spring: Spring | None = None
+) -> Regressors:
+    """Signals of logs that `spring` was taken out of, with its columns."""
+    pool = without_waves(_pool(logs, cutoff_hz, slowest_rad_s), logs, slowest_rad_s)
+    pool = spring.put_back(pool) if spring else pool
     step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
     return replace(with_coarseness(logs, pool, slowest_rad_s), torque_step_nm=step_nm)
 

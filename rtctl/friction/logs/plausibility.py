@@ -34,10 +34,6 @@ RATE_LEAST_HZ, RATE_MOST_HZ = 4.0, 2e5
 COUNTS_LEAST = 50
 """Whole numbers over a range of twice as many are no radians."""
 
-INERTIA_FACTOR, INERTIA_SURELY = 1.5, 1.15
-"""An inertia further from that of the rig file is worth a word: whatever its interval, and where that leaves
-the rig file's out."""
-
 HARDLY_KNOWN = 0.5
 """Half width of the inertia's interval, share of it, from which on the motion is said not to tell it."""
 
@@ -207,32 +203,6 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
             f"{log.source}: column position: {x.min():.4g} to {x.max():.4g} rad leaves the travel {low:.4g} "
             f"to {high:.4g} rad of {limits.source}; correct the unit of the position, or its offset"
         )
-
-
-def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, ...]:
-    """What the parameters found say about the rig file: an inertia far off, less damping than it promises."""
-    found, notes = fit.symmetric.parameters, []
-    inertia, viscous = found["inertia_kgm2"], found["viscous_nms_rad"]
-    ratio = inertia.value / axis.inertia_kgm2
-    far = max(ratio, 1 / ratio) if ratio > 0 else np.inf
-    if far > INERTIA_FACTOR or (far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)):
-        notes.append(
-            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit or a "
-            "scale of the log (torque, torque constant, gear ratio, position, time) or the rig file is "
-            "wrong"
-        )
-    if viscous.high <= 0.0:
-        notes.append(
-            f"friction falls with speed in this log ({viscous.low:.3g} to {viscous.high:.3g} N m s/rad): "
-            "its motion is on the flank of a Stribeck peak, and tells neither viscous friction nor whether "
-            "viscous_nms_rad is kept; record faster motion besides"
-        )
-    elif viscous.high < axis.viscous_nms_rad:
-        notes.append(
-            f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows "
-            f"(at most {viscous.high:.3g}); the stability proof rests on it: lower it"
-        )
-    return tuple(notes)
 
 
 def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:

@@ -194,7 +194,8 @@ def taken_late(signals: Regressors, half_period_s: float) -> float:
     offset = offset_columns(signals)
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
     columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
-    late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
+    columns |= {"coulomb_nm": signals.direction, **signals.by_place}
+    late = _remaining_delay(signals, {**columns, **levels}, offset)
     # what most drives record, where nothing tells
     if late is None:
         return half_period_s

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -50,8 +50,9 @@ class Regressors:
     `torque_step_nm` those of `AxisLog`, `inertia_short` by what share coarse positions make the inertia too
     small, `steps_rad_s2` and `noise_rad_s2` the acceleration that their steps, and all noise, make (RMS, of
     the sliding rows), `share_nm` the torque that friction is a share of, if there is one, `waves` (n, k)
-    those over the position that were taken out; of two torques `external_nm` is the hand's, `held_s` by
-    what the motor's was put back."""
+    those over the position that were taken out, `place_nm` a torque that goes by the place and `by_place`
+    its columns by the names of their parameters (`rtctl.friction.logs.springs`); of two torques
+    `external_nm` is the hand's, `held_s` by what the motor's was put back."""
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -72,6 +73,8 @@ class Regressors:
     noise_rad_s2: float = 0.0
     share_nm: np.ndarray | None = None
     waves: np.ndarray | None = None
+    place_nm: np.ndarray | float = 0.0
+    by_place: Mapping[str, np.ndarray] = field(default_factory=dict)
     external_nm: np.ndarray | None = None
     held_s: float = 0.0
 
@@ -82,9 +85,10 @@ class Regressors:
 
     @property
     def besides(self) -> np.ndarray:
-        """What is unknown of the torque besides joint and offset, (n, k): its share, and `waves`, which stay
-        unknown though they are taken out: what they have in common with the motion, neither tells."""
-        columns = [one for one in (self.share_nm, self.waves) if one is not None]
+        """What is unknown of the torque besides joint and offset, (n, k): its share, what goes by the place,
+        and `waves`, which stay unknown though they are taken out: what they have in common with the motion,
+        neither tells."""
+        columns = [one for one in (self.share_nm, *self.by_place.values(), self.waves) if one is not None]
         return np.column_stack([np.zeros((len(self.time_s), 0)), *columns])
 
     def began_s(self, log: int) -> float:

@@ -110,7 +110,9 @@ class PlainBalance:
     def wanted(self, column: np.ndarray | None) -> tuple[np.ndarray, float]:
         """What the motion wants on every row, without offset and `column`; and the coefficient of that."""
         _, found = self._solved(column)
-        return self.motion @ found[:3], float(found[-1]) if column is not None else 0.0
+        # a scale that bends, or a gear, sees the torque of a spring as well
+        wanted = self.motion @ found[:3] + self.signals.place_nm
+        return wanted, float(found[-1]) if column is not None else 0.0
 
     def balanced(self, column: np.ndarray) -> np.ndarray:
         """The whole torque that the balance with `column` wants on every row, offset and all."""
@@ -247,7 +249,7 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
         mine = np.flatnonzero(signals.log == k)
         share[mine] = np.linspace(-0.5, 0.5, len(mine))
     u, _ = plain.wanted(None)
-    dry = u - _moving(plain, u)
+    dry = u - _moving(plain, u - signals.place_nm)
     moving, level = share * (u - dry), share * dry
     motion = plain.coefficient(moving, level[:, None])
     friction = plain.coefficient(level, moving[:, None])

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
+from rtctl.friction.logs.against_rig import against_encoder, against_rig
+from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.intervals import Estimate
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
-from rtctl.friction.logs.plausibility import Limits, against_rig
+from rtctl.friction.logs.plausibility import Limits
 from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
@@ -70,8 +72,9 @@ def test_a_position_outside_the_travel_is_refused(tmp_path, axis):
         read(tmp_path, narrow, motion(), torque())
 
 
-def fit(inertia, viscous, half=0.0):
+def fit(inertia, viscous, half=0.0, coulomb=0.2):
     found = {
+        "coulomb_nm": Estimate(coulomb, 1e-3, coulomb - 0.002, coulomb + 0.002),
         "inertia_kgm2": Estimate(inertia, 1e-5, inertia - half, inertia + half),
         "viscous_nms_rad": Estimate(viscous, 1e-3, viscous - 0.002, viscous + 0.002),
     }
@@ -91,3 +94,28 @@ def test_parameters_that_contradict_the_rig_file_are_said(axis):
     assert "friction falls with speed in this log (-0.032 to -0.028 N m s/rad)" in flank
     assert "record faster motion" in flank
     assert "lower it" not in flank
+    rubs = axis.model_copy(update={"dry_friction_nm": 0.2})
+    assert against_rig(fit(0.013, 0.055, coulomb=0.199), rubs, "rig.toml") == ()
+    (dry,) = against_rig(fit(0.013, 0.055, coulomb=0.16), rubs, "rig.toml")
+    assert "dry_friction_nm = 0.2 promises more dry friction than the log shows (at most 0.162" in dry
+
+
+@pytest.mark.parametrize(
+    ("scale", "motion", "cause"),
+    [
+        (180 / np.pi, "rotary", "degrees read as rad"),
+        (10 / 9, "rotary", "gon read as degrees"),
+        (1 / 0.0254, "linear", "inches read as m"),
+        (1.0, "rotary", ""),
+        (4.0, "rotary", ""),
+        (1.0 / 16, "linear", ""),
+        (0.7671, "rotary", ""),
+    ],
+)
+def test_the_steps_of_an_encoder_tell_the_unit_of_a_position(scale, motion, cause):
+    counts = 4096.0
+    walk = np.cumsum(np.random.default_rng(0).integers(-3, 4, 4000))
+    log = AxisLog(500.0, scale * 2 * np.pi / counts * walk, np.zeros(4000), "log.csv", "0")
+    told = against_encoder([[log]], counts, motion)
+    assert told == () if not cause else cause in told[0]
+    assert against_encoder([[log]], 1.0, motion) == (), "nobody said how many counts a turn has"

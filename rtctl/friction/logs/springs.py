@@ -1,0 +1,212 @@
+"""A torque that goes by the place alone: a spring, a gas spring, gravity on an arm, a cable's weight.
+
+It belongs to no other parameter: left in the balance, a stroke that begins on one side and ends on the other
+shows it as inertia. Where it is plainly there and the same in both directions, as what stores energy is and
+friction by place is not, it is parameters of its own, and the points are without it (decision 0167)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance, Fit
+from rtctl.friction.logs.balance_faults import LEFT_LEAST, POSITION_SHARE, explained_as_well
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
+from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
+from rtctl.friction.logs.log_checks import external_of
+from rtctl.friction.logs.regressors import Regressors
+from rtctl.friction.logs.torque_shape import PlainBalance
+from rtctl.friction.logs.waves import ALIKE, TAKEN_RATIO
+
+MORE_RATIO = 0.9
+"""Share of what a plainer form leaves over, RMS, to which another must come to be taken in its place."""
+
+SURELY = 4.0
+"""Standard errors by which it must differ from 0."""
+
+TOLD_APART = 1.1
+"""Times as much as the form that is taken leaves over from which on another form is not it."""
+
+Logs = tuple[tuple[AxisLog, ...], ...]
+
+Shape = Callable[[np.ndarray], np.ndarray]
+
+
+OWN_LEAST = 0.05
+"""Share of the place, RMS, that the motion must not have for a log to tell a spring."""
+
+APART = 20.0
+"""Largest condition number of the columns of a form of which each is told by itself."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a torque that goes by the place may be: its name, and a column for each of its parameters."""
+
+    name: str
+    shapes: dict[str, Shape]
+
+    def columns(self, position: np.ndarray) -> np.ndarray:
+        """The columns at positions (n,) in rad, (n, k)."""
+        return np.column_stack([shape(position) for shape in self.shapes.values()])
+
+
+def _forms(signals: Regressors) -> tuple[Form, ...]:
+    """Forms for the axis of these signals, the plainest first."""
+    middle = middle_rad(signals)
+    spring: dict[str, Shape] = {"stiffness_nm_rad": lambda x: x - middle}
+    if signals.radian != 1.0:
+        # half: the parameter is then what the stiffness grows by, and that at the mean stays the first one
+        rise: dict[str, Shape] = {"stiffness_rise_nm_rad2": lambda x: 0.5 * (x - middle) ** 2}
+        return Form("a spring", spring), Form("a spring that stiffens", spring | rise)
+    gravity: dict[str, Shape] = {"gravity_sine_nm": np.sin, "gravity_cosine_nm": np.cos}
+    return (
+        Form("a spring", spring),
+        Form("gravity on an arm", gravity),
+        Form("gravity on an arm and a spring", gravity | spring),
+    )
+
+
+def middle_rad(signals: Regressors) -> float:
+    """Mean position of the sliding rows, at which a stiffness is told."""
+    return float(signals.position_rad[signals.sliding].mean())
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A torque that goes by the place: its form and coefficients, the means of the form's columns over the
+    sliding rows, its columns about those on the rows of the signals (n,) by the names of their parameters,
+    and what is said of it."""
+
+    form: Form
+    coefficients: np.ndarray
+    means: np.ndarray
+    columns: dict[str, np.ndarray]
+    told: str
+
+    def taken_out(self, logs: Logs) -> Logs:
+        """The logs without that torque, but for its mean, which no log tells from an offset."""
+
+        def without(log: AxisLog) -> AxisLog:
+            columns = self.form.columns(log.position_rad) - self.means
+            return replace(log, torque_nm=log.torque_nm - columns @ self.coefficients)
+
+        return tuple(tuple(without(one) for one in stretches) for stretches in logs)
+
+    def put_back(self, signals: Regressors) -> Regressors:
+        """Signals of logs that it was taken out of with it, and with its columns as unknowns."""
+        place_nm = np.column_stack(list(self.columns.values())) @ self.coefficients
+        return replace(
+            signals,
+            torque_nm=signals.torque_nm + place_nm,
+            place_nm=place_nm,
+            by_place=self.columns,
+            warnings=(*signals.warnings, self.told),
+        )
+
+
+def spring_in(signals: Regressors, logs: Logs, speed_min_rad_s: float) -> Spring | None:
+    """The torque that goes by the place in these logs, of which `signals` are; None where none plainly
+    does."""
+    balance = Balance.of(signals)
+    if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
+        return None  # the fit itself says what is missing
+    plain = balance.fit()
+    if plain.rest <= LEFT_LEAST * balance.spread:
+        return None
+    # a motor that plays a spring, its sign turned beside the hand's torque, looks like one of twice as much
+    external_nm = external_of(logs, signals.cutoff_hz, speed_min_rad_s)
+    balance = Balance.of(replace(signals, external_nm=external_nm))
+    forms = _forms(signals)
+    fits = [balance.fit(added=form.columns(balance.position)) for form in forms]
+    k = _plainest([fit.rest for fit in fits])
+    if not _is_there(balance, plain, fits[k], forms[k]):
+        return None
+    form = forms[k]
+
+    def passed(shape: Shape) -> np.ndarray:
+        # of the position as it was recorded: a sine of a low-passed angle is no low-passed sine
+        return in_place_of_torque(
+            logs, lambda log: shape(log.position_rad), signals.cutoff_hz, speed_min_rad_s
+        )
+
+    passed_on = np.column_stack([passed(shape) for shape in form.shapes.values()])
+    means = passed_on[signals.sliding].mean(axis=0)
+    # about their means: of sine and cosine over a short travel most is a constant
+    columns = dict(zip(form.shapes, (passed_on - means).T, strict=True))
+    matrix = (passed_on - means)[signals.sliding]
+    coefficients = balance.fit(added=matrix).added
+    # beside a form of three columns one of two that leaves as much over is no other: it is a part of it
+    others = [
+        other.name
+        for other, fit in zip(forms, fits, strict=True)
+        if other is not form and len(other.shapes) <= 2 and fit.rest < TOLD_APART * fits[k].rest
+    ]
+    apart = np.linalg.cond(matrix / np.sqrt((matrix**2).mean(axis=0))) < APART
+    told = _text(signals, form, float(np.std(matrix @ coefficients)), others, apart=bool(apart))
+    return Spring(form, coefficients, means, columns, told)
+
+
+def hidden(signals: Regressors) -> tuple[str, ...]:
+    """What a motion of one frequency cannot tell: there the place is the acceleration turned over."""
+    balance = Balance.of(signals)
+    if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
+        return ()
+    others = np.hstack([balance.motion, balance.nuisance])
+    x = balance.position - balance.position.mean()
+    # what of the place the motion does not say anyway is all that a spring could be told by
+    own = x - others @ np.linalg.lstsq(others, x, rcond=1e-9)[0]
+    if signals.by_place or own.std() > OWN_LEAST * x.std():
+        return ()
+    return (
+        "whether a spring or gravity acts: this motion is of one frequency, at which its torque and that of "
+        "an inertia are one; a stiffness of k at w rad/s makes the inertia k/w^2 too small (record strokes "
+        "of several speeds)",
+    )
+
+
+def _plainest(rests: list[float]) -> int:
+    """The plainest form that none with more columns leaves far less over than."""
+    best = 0
+    for k in range(1, len(rests)):
+        if rests[k] < MORE_RATIO * rests[best]:
+            best = k
+    return best
+
+
+def _is_there(balance: Balance, plain: Fit, fit: Fit, form: Form) -> bool:
+    """Whether it is plainly there, alike in both directions, and nothing else says it better."""
+    if fit.rest > TAKEN_RATIO * plain.rest or not fit.is_joint(balance.speed):
+        return False
+    profile = form.columns(balance.signals.position_rad) @ fit.added
+    here = profile[balance.signals.sliding]
+    if np.std(here) < POSITION_SHARE * balance.spread:
+        return False
+    try:
+        value, error, _ = PlainBalance(balance.signals).coefficient(profile)
+    except DataError:
+        return False  # too short for intervals: the fit itself says so
+    if value < SURELY * error:
+        return False
+    # friction by place turns with the direction; viscous friction that differs between the two is not it
+    here = here - here.mean()
+    ways = np.column_stack([here, here * balance.direction, np.abs(balance.velocity)])
+    both, turned, _ = balance.fit(added=ways).added
+    if abs(turned) > ALIKE * abs(both):
+        return False
+    return not explained_as_well(balance, plain, fit)
+
+
+def _text(signals: Regressors, form: Form, size_nm: float, others: list[str], *, apart: bool) -> str:
+    more = f"; {' and '.join(others)} would look alike over this travel" if others else ""
+    if not apart:
+        more += "; over so short a travel only their sum is told, and inertia and friction beside it"
+    return (
+        f"{signals.source}: the torque depends on the position ({size_nm:.3g} N m RMS), alike in both "
+        f"directions: it is taken for {form.name}, fitted ({', '.join(form.shapes)}, about the mean position "
+        f"{middle_rad(signals):.4g} rad), and not in the points{more}; a hand or a cable that pulls as "
+        "evenly looks like that, too: map its torque"
+    )
