@@ -1,16 +1,16 @@
 """The tick record: every signal of one control cycle, named once, with unit, shape and meaning.
 
-A tick is one row of this structured dtype. The backend writes the measured fields, the compiled law the
-rest; the ring, telemetry, recordings, plots, the JSON Schema and the table in `docs/tick.md` are all
-generated from `FIELDS`. Every per-axis field has shape `(n_axes,)`, also on a one-axis rig.
+A tick is one row of this structured dtype. The backend writes the measured fields, the compiled law the rest;
+the ring, telemetry, recordings, plots, the JSON Schema and the table in `docs/tick.md` are all generated from
+`FIELDS`. Every per-axis field has shape `(n_axes,)`, also on a one-axis rig.
 
-Signs (docs/theory.md 1.1): link side, after the gearbox. A torque is positive when it
-accelerates the joint towards positive position, whoever applies it. Power into the device from the hand
-is `hand_torque_nm * velocity_rad_s`."""
+Signs (docs/theory.md 1.1): link side, after the gearbox. A torque is positive when it accelerates the joint
+towards positive position, whoever applies it. Power into the device from the hand is
+`hand_torque_nm * velocity_rad_s`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, NamedTuple
@@ -248,11 +248,16 @@ def new_ticks(n: int = 1, n_axes: int = 1) -> np.ndarray:
     return np.zeros(n, tick_dtype(n_axes))
 
 
+def forget(rows: np.ndarray, names: Iterable[str]) -> None:
+    """Have ticks, shape (n,), say nothing of these fields: NaN, and 0 in whole numbers, which have none."""
+    for name in names:
+        rows[name] = np.nan if rows.dtype[name].base.kind == "f" else 0
+
+
 def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     """Batches of ticks of one rig, at least one, as one array.
 
-    NumPy itself compares all the fields of each batch with those of the others, at 0.1 ms a batch; here they
-    are bytes."""
+    NumPy itself compares the fields of each batch with those of the others (0.1 ms); here they are bytes."""
     if len(batches) == 1:
         return batches[0]
     whole = np.dtype((np.void, batches[0].dtype.itemsize))

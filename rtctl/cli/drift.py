@@ -47,7 +47,8 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
     table = DriftTable(warn_share=warn_share, window_s=window_s)
     # one chunk at a time: a recording of a day fits into no memory
     rows = (batch.rows for batch in reader.batches())
-    found = over_ticks(law.params, law.model, reader.axes, rows, table, reader.missing_fields())
+    missing = [*reader.missing_fields(), *law.missing]
+    found = over_ticks(law.params, law.model, reader.axes, rows, table, missing)
     # by name, not by place: axes that cannot be watched (no model) are left out of what was found
     motions = dict(zip(reader.axes, reader.motions, strict=True))
     found = [{**one, "motion": motions[one["axis"]]} for one in found]

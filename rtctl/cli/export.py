@@ -58,7 +58,14 @@ def command(
         if tty:
             click.echo(f"\r{ticks} ticks", err=True, nl=False)
 
-    ticks = export(RecordingReader(parts), kind, target, chosen, progress)
+    reader = RecordingReader(parts)
+    ticks = export(reader, kind, target, chosen, progress)
     if tty:
         click.echo("", err=True)
-    click.echo(json_text({"file": target, "ticks": ticks}) if as_json else f"{target}: {ticks} ticks")
+    missing = [name for name in reader.missing_fields() if not chosen or name in chosen]
+    if as_json:
+        click.echo(json_text({"file": target, "ticks": ticks, "not_recorded": missing}))
+        return
+    click.echo(f"{target}: {ticks} ticks")
+    if missing:
+        click.echo(f"recorded before the tick had {', '.join(missing)}: nan there, 0 in whole numbers")

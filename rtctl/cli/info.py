@@ -46,6 +46,8 @@ def _lines(found: dict[str, Any]) -> list[str]:
     ]
     if found["waiver"] or found["realtime_waivers"]:
         lines.append(f"WAIVER: ran without real-time rights: {', '.join(found['realtime_waivers'])}")
+    if found["not_recorded"]:
+        lines.append(f"recorded before the tick had {', '.join(found['not_recorded'])}")
     lines += [f"CUT OFF: {part} has no end; every whole chunk was read" for part in found["cut_off"]]
     # these texts are out of files that anybody may have written
     lines += [f"LEFT OUT: {shown(why, 500)}" for why in found["left_out"].values()]

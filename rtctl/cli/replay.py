@@ -69,9 +69,7 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
         end_with(body, bad if verdict.first is None else ReplayDiffersError)
     click.echo(text)
     if missing := reader.missing_fields():
-        click.echo(
-            f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
-        )
+        click.echo(f"recorded before the tick had {', '.join(missing)}: not compared")
     if verdict.first is None:
         same = f"state and torque are the same bit for bit, and so is every field of the law{remark}"
         click.echo(words(same, _motion(reader)))

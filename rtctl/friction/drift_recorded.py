@@ -17,6 +17,10 @@ STEP_S = 10.0
 """From one entry of the history to the next."""
 
 
+_TAKEN = {"params.force_used", "params.presliding_rad"}
+"""What of the law's arrays has no value to go on with where a recording lacks it."""
+
+
 def over_ticks(
     params: np.ndarray,
     model: np.ndarray,
@@ -36,8 +40,8 @@ def over_ticks(
     batches
         Ticks, in order.
     missing
-        Fields of a tick that are not in the recording. Where it does not say which places were trusted, those
-        that were given were.
+        Fields of a tick, and of the law's arrays, that are not in the recording. Where it does not say which
+        places were trusted, those that were given were.
 
     Returns
     -------
@@ -49,7 +53,13 @@ def over_ticks(
     Raises
     ------
     DataError
-        No axis can be watched: no friction model, or no force sensor."""
+        No axis can be watched: no friction model, or no force sensor; or an earlier version that recorded it
+        did not say what that takes."""
+    if untold := sorted(_TAKEN.intersection(missing)):
+        raise DataError(
+            f"recorded by an earlier version of rtctl, whose law did not say {', '.join(untold)}: nothing to "
+            "compare its friction with; record anew with this version"
+        )
     # the same watch as the host's: what is told of a recording is what would have been told then
     watch = RigWatch(params, model, [table] * len(names))
     watched = [(name, axis) for name, axis in zip(names, watch.axes, strict=True) if axis is not None]

@@ -18,7 +18,7 @@ from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
 from rtctl.recording.event_log import Event
-from rtctl.tick import MOST_AXES, joined, tick_dtype
+from rtctl.tick import MOST_AXES, forget, joined, tick_dtype
 
 # at 1 kHz twice the silence of a renderer that stops a rig (`law_plan.TARGET_STOP_S`)
 BEFORE_TICKS = 200
@@ -201,10 +201,10 @@ def read_incident(path: Path) -> Incident:
         if n * kind.itemsize > MOST_BYTES:
             raise ValueError(f"{n} ticks")
         ticks = np.zeros(n, kind)
-        for name in ticks.dtype.names or ():
-            # of an older version: fields that it lacks are 0
-            if name in archive:
-                ticks[name] = archive[name]
+        # of an older version: of fields that it lacks the ticks say nothing
+        forget(ticks, ticks.dtype.names or ())
+        for name in archive.keys() & set(ticks.dtype.names or ()):
+            ticks[name] = archive[name]
         return Incident(dict(body["trigger"]), ticks, list(body["events"]), dict(body["about"]))
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error

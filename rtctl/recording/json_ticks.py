@@ -7,10 +7,9 @@ import base64
 import numpy as np
 import orjson
 
-from hw.interface import OPTIONAL_FIELDS
 from rtctl.errors import DataError
 from rtctl.recording.tick_cdr import RECORDED
-from rtctl.tick import tick_dtype
+from rtctl.tick import forget, tick_dtype
 
 RAW_TOPIC = "rtctl/raw"
 """Had the exact bits of a tick with a number that JSON cannot say."""
@@ -33,16 +32,15 @@ def axes_of(text: bytes) -> int:
 
 
 def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
-    """Ticks of JSON objects and of the exact bits beside them; null is NaN, missing fields are 0 (optional
-    sensors: NaN).
+    """Ticks of JSON objects and of the exact bits beside them; null is NaN, and of missing fields they say
+    nothing (`forget`).
 
     Raises
     ------
     DataError
         Text that is not JSON, or not a tick of this rig size."""
     rows = np.zeros(len(texts), tick_dtype(n_axes))
-    for name in OPTIONAL_FIELDS:
-        rows[name] = np.nan  # until the file says otherwise
+    forget(rows, rows.dtype.names or ())  # until the file says otherwise
     try:
         objects = [orjson.loads(text) for text in texts]
         if not all(isinstance(o, dict) for o in objects):

@@ -21,12 +21,15 @@ MOST_LAW_BYTES = 1 << 24
 
 @dataclass(frozen=True)
 class LawArrays:
-    """The law's arrays at the start of a run; shapes as in `rtctl.control.records`."""
+    """The law's arrays at the start of a run; shapes as in `rtctl.control.records`.
+
+    `missing` are fields of an archive of an earlier version that it lacks (`params.force_used`): 0."""
 
     params: np.ndarray
     model: np.ndarray
     command: np.ndarray
     state: np.ndarray | None = None
+    missing: tuple[str, ...] = ()
 
 
 _ONE_BEFORE = {"params.sure_viscous_nms_rad": "params.viscous_nms_rad"}
@@ -64,6 +67,7 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
             "command": np.zeros(1, command_dtype(n_axes)),
             "state": np.zeros(1, state_dtype(n_axes)),
         }
+        missing = []
         for part, array in parts.items():
             for name in array.dtype.names or ():
                 known = f"{part}.{name}"
@@ -71,8 +75,11 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
                     known = _ONE_BEFORE.get(known, known)
                 if known in archive:
                     array[name] = archive[known]
+                else:
+                    missing.append(f"{part}.{name}")
         # zeros are a state, too: that of a start
         has_state = any(name.startswith("state.") for name in archive)
     except (ValueError, TypeError) as error:
         raise DataError(f"the law's arrays in the recording cannot be read: {shown(error)}") from error
-    return LawArrays(parts["params"], parts["model"], parts["command"], parts["state"] if has_state else None)
+    state = parts["state"] if has_state else None
+    return LawArrays(parts["params"], parts["model"], parts["command"], state, tuple(missing))

@@ -74,6 +74,7 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         "files": [str(part) for part in reader.parts],
         "left_out": {str(part): why for part, why in reader.left_out.items()},
         "damaged": reader.notes,
+        "not_recorded": reader.missing_fields(),
         "bytes": sum(part.stat().st_size for part in reader.parts),
         "about": {k: v for k, v in reader.about.items() if k not in ("realtime", "axes", "realtime_waivers")},
         "axes": reader.axes,

@@ -50,7 +50,8 @@ def part_name(setup: Setup, number: int, again: str = "") -> str:
     began_ns = int(setup.about.get("began_wall_ns", setup.about["start_wall_ns"]))
     when = datetime.fromtimestamp(began_ns * 1e-9, UTC)
     session = int(setup.about["session"])
-    rig = _NO_NAME.sub("_", setup.about["rig"])[:32]  # over the wire it may be anything, a path too
+    # over the wire it may be anything, a path too; and an older recording need not name its rig
+    rig = _NO_NAME.sub("_", setup.about.get("rig", "rig"))[:32]
     return f"{rig}-{when:%Y%m%dT%H%M%SZ}-{session:08x}{again}-{number:03d}.mcap"
 
 

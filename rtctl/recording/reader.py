@@ -152,8 +152,8 @@ class RecordingReader:
         return unpack_law(self.attachments[LAW_NAME], self.n_axes)
 
     def missing_fields(self) -> list[str]:
-        """Tick fields of this version that the recording does not have; they read as 0, optional sensors as
-        NaN."""
+        """Tick fields of this version that the recording does not have; they read as NaN, whole numbers as
+        0."""
         return self._layout.missing
 
     def batches(self) -> Iterator[Batch]:

@@ -13,13 +13,12 @@ from functools import cache
 
 import numpy as np
 
-from hw.interface import OPTIONAL_FIELDS
 from hw.record_fields import placed
 from rtctl.errors import DataError
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.jit import compiled
 from rtctl.recording.tick_cdr import ENCAPSULATION, TYPE_OF, file_order, lines_of
-from rtctl.tick import FIELD, Field, tick_dtype
+from rtctl.tick import FIELD, Field, forget, tick_dtype
 
 SCHEMA_NAME = "rtctl_msgs/msg/TickColumns"
 
@@ -158,15 +157,14 @@ class Block:
                 found = self.words[at : at + (self.n if each else 1)].view(kind)
                 # a view of one number as often as there are ticks: nothing is copied
                 return np.cumsum(found) if name in self.steps else np.broadcast_to(found, self.n)
-        return np.zeros(self.n, kind)
+        return np.full(self.n, np.nan if kind.kind == "f" else 0, kind)
 
     def rows(self, out: np.ndarray | None = None) -> np.ndarray:
-        """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional
-        sensors: NaN)."""
+        """The ticks, shape (n,), in `out` where one is given. Of fields that the block lacks they say nothing
+        (`forget`)."""
         # empty: every word is written below, by a column or as missing
         rows = np.empty(self.n, self.row) if out is None else out
-        for name in self.missing:
-            rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
+        forget(rows, self.missing)
         to_rows(self.words, self.table, rows.view(np.uint64).reshape(self.n, -1))
         for name, at in self.steps.items():
             # as signed numbers: a counter that began anew steps down, and wraps back right in 64 bits

@@ -12,10 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from hw.interface import OPTIONAL_FIELDS
 from hw.record_fields import placed
 from rtctl.errors import DataError
-from rtctl.tick import FIELD, FIELDS, Field, tick_dtype
+from rtctl.tick import FIELD, FIELDS, Field, forget, tick_dtype
 
 RECORDED = tuple(field for field in FIELDS if field.name != "seal")
 """Fields of a recorded tick. The seal guards shared memory; readers compute it anew."""
@@ -152,7 +151,7 @@ def decode(
 ) -> np.ndarray:
     """Ticks of the messages that lie in `records` from `starts` to `ends`, each of shape (n,).
 
-    Fields that the layout lacks are 0 (optional sensors: NaN), those that are unknown are left out.
+    Of fields that the layout lacks the ticks say nothing (`forget`); those that are unknown are left out.
 
     Raises
     ------
@@ -160,9 +159,8 @@ def decode(
         Messages of another length or encoding than the layout's, or of a rig of another size."""
     rows = np.zeros(len(starts), tick_dtype(n_axes))
     known = [name for name in rows.dtype.names or () if name in (layout.names or ())]
-    for name in OPTIONAL_FIELDS:  # a recording of before the field had no such sensor
-        if name not in known:
-            rows[name] = np.nan
+    # a recording of before the field: no 0, which would be a value
+    forget(rows, (name for name in rows.dtype.names or () if name not in known))
     if len(starts) == 0:
         return rows
     # before any is read: places in a message are those of the layout

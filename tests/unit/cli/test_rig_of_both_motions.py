@@ -63,8 +63,8 @@ def test_drift_of_a_rig_with_one_axis_that_cannot_be_watched_tells_of_the_other(
     file = tmp_path / "rig-001.mcap"
     file.touch()
     told = SimpleNamespace(
-        law=lambda: SimpleNamespace(params=None, model=None), axes=["crank", "slide"], left_out={},
-        motions=["rotary", "linear"], batches=list, missing_fields=list,
+        law=lambda: SimpleNamespace(params=None, model=None, missing=()), axes=["crank", "slide"],
+        left_out={}, motions=["rotary", "linear"], batches=list, missing_fields=list,
     )  # fmt: skip
     monkeypatch.setattr(reader, "RecordingReader", lambda _parts: told)
     # the crank has no model: it is left out of what is found

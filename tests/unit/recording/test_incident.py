@@ -143,6 +143,15 @@ def test_a_file_gives_back_every_field_bit_for_bit(tmp_path):
     assert "FAULT-OVERSPEED-tick250" in path.name
 
 
+def test_what_an_older_file_lacks_is_no_0(tmp_path):
+    path = write_incident(tmp_path / "incidents", an_incident())
+    kept = {name: array for name, array in np.load(path).items() if name != "observer_torque_nm"}
+    np.savez(tmp_path / "old.npz", **kept)
+    old = read_incident(tmp_path / "old.npz")
+    assert np.isnan(old.ticks["observer_torque_nm"]).all()
+    assert summary(old)
+
+
 def test_summary_and_picture_show_the_cause(tmp_path):
     lines = "\n".join(summary(an_incident()))
     assert "ACTIVE -> FAULT, cause OVERSPEED" in lines

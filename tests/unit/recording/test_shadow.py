@@ -1,17 +1,35 @@
+import io
+
 import numpy as np
 import pytest
 from run_maker import run, setup
 
+from rtctl.errors import DataError
+from rtctl.friction.drift_recorded import over_ticks
 from rtctl.recording.law_arrays import unpack_law
 from rtctl.recording.limits import Limits
 from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.recording.shadow import ShadowLaw
+from rtctl.rig_file.friction_tables import DriftTable
 
 
 def shadow():
     return ShadowLaw(unpack_law(setup().attachments["law.npz"][1], 1), 1)
+
+
+def test_what_an_older_archive_of_the_law_lacks_is_named_and_no_drift_is_told_of_it():
+    """Its 0 said "no force sensor" of a rig that had one."""
+    whole = np.load(io.BytesIO(setup().attachments["law.npz"][1]))
+    kept = {name: array for name, array in whole.items() if name != "params.force_used"}
+    buffer = io.BytesIO()
+    np.savez(buffer, **kept)
+    law = unpack_law(buffer.getvalue(), 1)
+    named = [name for name in law.missing if not name.startswith("state.")]
+    assert named == ["params.force_used"]
+    with pytest.raises(DataError, match=r"earlier version .* params\.force_used: .*record anew"):
+        over_ticks(law.params, law.model, ["joint"], [], DriftTable(), law.missing)
 
 
 def follow(law, rows, commands, until, batch=20):

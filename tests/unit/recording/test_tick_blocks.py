@@ -1,5 +1,7 @@
 """Blocks of ticks as columns: the same bits back, and a block that lies is refused by name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_tick_cdr import noise
@@ -7,7 +9,7 @@ from test_tick_cdr import noise
 from rtctl.errors import DataError
 from rtctl.recording import tick_blocks
 from rtctl.recording.tick_blocks import Column, columns_of, encode, own_columns, schema_text
-from rtctl.recording.tick_cdr import MESSAGE_HEAD, RECORDED
+from rtctl.recording.tick_cdr import MESSAGE_HEAD, RECORDED, placed
 from rtctl.tick import new_ticks
 
 
@@ -59,7 +61,7 @@ def test_every_field_is_in_the_schema_once():
 
 def test_a_block_of_another_version_is_read_without_what_is_unknown():
     rows = noise(7, 2)
-    gone = ("device_velocity_rad_s", "state")
+    gone = ("device_velocity_rad_s", "friction_factor", "state")
     keep = [c for c in own_columns() if c.name not in gone]
     words = np.frombuffer(data_of(rows)[4:], np.uint64)
     kept, at = [], 0
@@ -69,12 +71,22 @@ def test_a_block_of_another_version_is_read_without_what_is_unknown():
         at = end
     later = np.array([2, 11, 12], np.uint64)
     data = tick_blocks.ENCAPSULATION + np.concatenate([*kept, later]).tobytes()
-    found = decode(data, (*keep, Column("of_a_later_version", stepped=False)), 2)
+    columns = (*keep, Column("of_a_later_version", stepped=False))
+    found = decode(data, columns, 2)
     assert np.isnan(found["device_velocity_rad_s"]).all()
+    assert np.isnan(found["friction_factor"]).all(), "0 would be a factor"
     assert (found["state"] == 0).all()
     for field in RECORDED:
         if field.name not in gone:
             assert found[field.name].tobytes() == rows[field.name].tobytes(), field.name
+
+
+def test_a_column_that_a_block_lacks_is_nan_and_0_in_whole_numbers():
+    whole = tick_blocks.decode(data := data_of(noise(7, 1)), 0, len(data), own_columns(), 1)
+    words = {placed(whole.row, name)[1] // 8 for name in ("authority", "state")}
+    lacking = replace(whole, table=np.array([row for row in whole.table if row[0] not in words]))
+    assert np.isnan(lacking.column("authority")).all()
+    assert lacking.column("state").tolist() == [0] * 7
 
 
 def test_a_block_that_lies_is_refused():
