@@ -26,7 +26,7 @@ SEEDS = (
         "Ctrl-C while pydantic makes a model goes nowhere",
         "rtctl/cli/__init__.py",
         'partition(".")[0] == "pydantic"\n',
-        'partition(".")[0] == "":',
+        'partition(".")[0] == ""\n',
         (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again",
         ),
