@@ -113,12 +113,24 @@ AGAIN_S = 0.05
 def _interrupt(number: int, frame: FrameType | None) -> None:
     """Remember Ctrl-C: pydantic, for one, makes an error of its own of the exception that this raises."""
     _interrupts.append(number)
-    # its core in Rust asks its Python for hashes while it makes a model, and drops what that raises: one
-    # Ctrl-C of fifty in the first half second of `rtctl identify` went nowhere
-    if frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "pydantic":
+    if _lost_or_fatal(frame):
         _say_again()
         return
     raise KeyboardInterrupt
+
+
+def _lost_or_fatal(frame: FrameType | None) -> bool:
+    """Whether an exception that is raised here goes nowhere, or ends the process with SIGSEGV."""
+    names = []
+    while frame is not None:
+        names.append(str(frame.f_globals.get("__name__")))
+        frame = frame.f_back
+    # its core in Rust asks its Python for hashes while it makes a model, and drops what that raises: one
+    # Ctrl-C of fifty in the first half second of `rtctl identify` went nowhere
+    lost = names[:1] and names[0].partition(".")[0] == "pydantic"
+    # a signal that came while LLVM linked a module is heard before llvmlite notes that the module is gone: it
+    # would be freed again
+    return bool(lost) or any(name.startswith("llvmlite.binding") for name in names)
 
 
 def _say_again() -> None:

@@ -107,4 +107,13 @@ SEEDS = (
             "::test_a_second_reading_of_a_slot_moves_neither_filter_nor_drift_and_late_ones_both",
         ),
     ),
+    Seed(
+        "Ctrl-C while LLVM links a module ends the process with SIGSEGV",
+        "rtctl/cli/__init__.py",
+        'name.startswith("llvmlite.binding")',
+        'name.startswith("llvmlite.link")',
+        (
+            "tests/unit/cli/test_last_words.py::test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again",
+        ),
+    ),
 )

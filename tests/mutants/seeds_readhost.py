@@ -25,9 +25,11 @@ SEEDS = (
     Seed(
         "Ctrl-C while pydantic makes a model goes nowhere",
         "rtctl/cli/__init__.py",
-        'partition(".")[0] == "pydantic":',
-        'partition(".")[0] == "":',
-        ("tests/unit/cli/test_last_words.py::test_ctrl_c_within_pydantic_is_said_again_where_it_is_heard",),
+        'partition(".")[0] == "pydantic"\n',
+        'partition(".")[0] == ""\n',
+        (
+            "tests/unit/cli/test_last_words.py::test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again",
+        ),
     ),
     Seed(
         "a rig file that was edited while the start compiled is recorded as what ran",
