@@ -77,3 +77,10 @@ def test_a_mistake_in_a_third_partys_package_is_named_with_its_line(
         registry.options_model("odd")
     registry.lookup.cache_clear()
     sys.modules.pop("odd_board", None)
+
+
+def test_whatever_the_making_of_a_driver_raises_is_told_as_a_driver_that_cannot_be_made(monkeypatch):
+    info = BackendInfo("builtins:int", "x:y", True, "")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    with pytest.raises(BackendError, match="builtins:int cannot be made: TypeError: "):
+        registry.create("odd", {}, None)
