@@ -49,6 +49,7 @@ def command(
     tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
     Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
     6 when a device cannot be opened, is lost, or shows no sample."""
+    from hw.interface import BackendError
     from rtctl.errors import DeviceError
     from rtctl.host.probe_actuator_delays import actuators
     from rtctl.host.probe_device_readings import devices, watch
@@ -59,7 +60,10 @@ def command(
 
     register()
     loaded = load(config)
-    found = devices(loaded, device, poll=poll)
+    try:
+        found = devices(loaded, device, poll=poll)
+    except BackendError as error:  # one that cannot be made
+        raise DeviceError(f"{loaded.path}: {error}") from error
     in_place = not as_json and sys.stdout.isatty()
     drawn = 0
 

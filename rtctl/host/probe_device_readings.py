@@ -21,7 +21,6 @@ from hw.interface import (
     WHOLE_RIG_CHANNELS,
     AskedBackend,
     Backend,
-    BackendError,
     CompiledBackend,
     CountingBackend,
     LinkFault,
@@ -31,7 +30,7 @@ from hw.member import Member
 from hw.motion import unit
 from hw.refusals import raised_by, words_of
 from hw.rig_words import subset
-from rtctl.errors import ConfigError, DeviceError
+from rtctl.errors import ConfigError
 from rtctl.host.probe_force_zero import Tare
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
@@ -247,19 +246,14 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
     Raises
     ------
     ConfigError
-        There is no device of that number or name.
-    DeviceError
-        A driver that cannot be made."""
+        There is no device of that number or name."""
     config, found = loaded.config, []
     # the longest of all axes: one sensor serves them, and the daemon waits for all
     tare_samples = round(max(axis.force.tare_s for axis in config.axis) / config.period_s)
     for i, (table, member) in enumerate(zip(config.device, loaded.members(), strict=True)):
         if only is not None and only not in (str(i), table.name or table.kind):
             continue
-        try:
-            backend = registry.create(member.kind, member.options, subset(config.hardware(), member.axes))
-        except BackendError as error:
-            raise DeviceError(f"{member.label}: {error}") from error
+        backend = registry.create(member.kind, member.options, subset(config.hardware(), member.axes))
         axes = [config.axis[axis] for axis in member.axes]
         found.append(DeviceProbe(member, backend, axes, poll, tare_samples))
     if not found:

@@ -1,8 +1,11 @@
 """Backends are found by name, and what is missing for one is named with what to install."""
 
+import json
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
+import in_process
 import pytest
 
 from hw import registry
@@ -84,3 +87,15 @@ def test_whatever_the_making_of_a_driver_raises_is_told_as_a_driver_that_cannot_
     monkeypatch.setattr(registry, "lookup", lambda _kind: info)
     with pytest.raises(BackendError, match="builtins:int cannot be made: TypeError: "):
         registry.create("odd", {}, None)
+
+
+def test_probe_names_a_driver_that_cannot_be_made(monkeypatch, capsys):
+    def create(*_given):
+        raise BackendError("x:y cannot be made")
+
+    monkeypatch.setattr(registry, "create", create)
+    config = Path(__file__).parents[3] / "configs" / "mock.toml"
+    code, said, _ = in_process.run(monkeypatch, capsys, "probe", config, "--for", "0.1", "--json")
+    told = json.loads(said)
+    assert (code, told["error"], told["exit_code"]) == (6, "DeviceError", 6)
+    assert told["message"].endswith("x:y cannot be made")
