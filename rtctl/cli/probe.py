@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +51,6 @@ def command(
     tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
     Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
     6 when a device cannot be opened, is lost, or shows no sample."""
-    from hw.interface import BackendError
     from rtctl.errors import DeviceError
     from rtctl.host.probe_actuator_delays import actuators
     from rtctl.host.probe_device_readings import devices, watch
@@ -60,10 +61,8 @@ def command(
 
     register()
     loaded = load(config)
-    try:
+    with _drivers_of(loaded.path):
         found = devices(loaded, device, poll=poll)
-    except BackendError as error:  # one that cannot be made
-        raise DeviceError(f"{loaded.path}: {error}") from error
     in_place = not as_json and sys.stdout.isatty()
     drawn = 0
 
@@ -102,6 +101,18 @@ def command(
     click.echo("\n".join(_actuator_line(one) for one in torque))
     if bad:
         raise DeviceError("; ".join(bad))
+
+
+@contextmanager
+def _drivers_of(path: Path) -> Iterator[None]:
+    """A driver that cannot be made is an error of a device."""
+    from hw.interface import BackendError
+    from rtctl.errors import DeviceError
+
+    try:
+        yield
+    except BackendError as error:
+        raise DeviceError(f"{path}: {error}") from error
 
 
 def _trouble(report: dict[str, Any]) -> str:

@@ -94,7 +94,7 @@ def test_probe_names_a_driver_that_cannot_be_made(monkeypatch, capsys):
         raise BackendError("x:y cannot be made")
 
     monkeypatch.setattr(registry, "create", create)
-    config = Path(__file__).parents[3] / "configs" / "mock.toml"
+    config = Path(__file__).parents[3] / "configs" / "serial.toml"
     code, said, _ = in_process.run(monkeypatch, capsys, "probe", config, "--for", "0.1", "--json")
     told = json.loads(said)
     assert (code, told["error"], told["exit_code"]) == (6, "DeviceError", 6)
