@@ -10,6 +10,7 @@ import pytest
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
+from rtctl.host import probe_device_readings
 
 
 def test_a_missing_driver_is_named_with_the_package_that_brings_it(monkeypatch):
@@ -90,11 +91,11 @@ def test_whatever_the_making_of_a_driver_raises_is_told_as_a_driver_that_cannot_
 
 
 def test_probe_names_a_driver_that_cannot_be_made(monkeypatch, capsys):
-    def create(*_given):
+    def devices(*_given, **_more):
         raise BackendError("x:y cannot be made")
 
-    monkeypatch.setattr(registry, "create", create)
-    config = Path(__file__).parents[3] / "configs" / "serial.toml"
+    monkeypatch.setattr(probe_device_readings, "devices", devices)
+    config = Path(__file__).parents[3] / "configs" / "mock.toml"
     code, said, _ = in_process.run(monkeypatch, capsys, "probe", config, "--for", "0.1", "--json")
     told = json.loads(said)
     assert (code, told["error"], told["exit_code"]) == (6, "DeviceError", 6)
