@@ -270,6 +270,15 @@ def examine(kind: str, options: Options) -> Sequence[Finding]:
 
 
 def create(kind: str, options: Options, rig: Rig) -> Backend:
-    """Make the backend `kind`. `options` are validated ones. Does not open the device."""
-    backend: Backend = _resolve(lookup(kind).factory)(options, rig)
+    """Make the backend `kind`. `options` are validated ones. Does not open the device.
+
+    Raises BackendError for one that cannot be made, whatever its code raises."""
+    target = lookup(kind).factory
+    make = _resolve(target)
+    try:
+        backend: Backend = make(options, rig)
+    except BackendError:
+        raise
+    except Exception as error:
+        raise BackendError(f"{target} cannot be made: {_mistake(error)}") from error
     return backend

@@ -27,6 +27,7 @@ from rtctl.cli.identify_log_text import (
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of
+from rtctl.cli.progress import on_a_terminal
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -165,11 +166,13 @@ def command(  # longer than 50 lines: the steps are in order of the work
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
-    with errors_in_units_of(motion):
+    with errors_in_units_of(motion), on_a_terminal(quiet=as_json, motion=motion) as bar:
+        bar(0.0, "reading, and how far the joint bends at rest")
         options = [options_of(log, mapped, rate_hz, text_of(delimiter, decimal)) for log in logs]
         found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
         read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
         parts = [stretches[0] for stretches in read]
+        bar(0.6, "what is wrong with the logs, the balance")
         told = (*diagnose(read, signals), *against_encoder(read, geared.counts_per_rev, motion))
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
@@ -181,8 +184,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
             warnings += against_rig(fit, rig_axis, str(config))
         fit = replace(fit, warnings=tuple(words(each, motion) for each in warnings))
         document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
-        whole = [part for stretches in read for part in stretches]
-        turned = reversals_of_logs(whole, cutoff_hz, slowest)
+        bar(0.7, "what memory of a turn is worth")
+        turned = reversals_of_logs([part for one in read for part in one], cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": list(found.torque_delays_s)}
         document |= {"units": units_of(known), "taken": found.taken, "motion": motion}
         document["cannot_tell"] = untold = tuple(words(one, motion) for one in (*found.untold, *unknown))

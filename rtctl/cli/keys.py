@@ -27,7 +27,7 @@ def command() -> None:
     no key."""
 
 
-@command.command("new")
+@command.command("new", short_help="make a key for the client NAME")
 @click.argument("name")
 @click.option("--role", type=click.Choice(ROLES), required=True, help="what the client may do")
 @click.option("--out", type=OutputFile(), help="file of the client's secret; default NAME.key")
@@ -46,7 +46,7 @@ def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) 
     click.echo(f'there: RigClient(address="HOST:PORT", key="{path.name}")')
 
 
-@command.command("list")
+@command.command("list", short_help="who is let in")
 @_FOLDER
 @_JSON
 def show(folder: Path, *, as_json: bool) -> None:
@@ -67,7 +67,7 @@ def show(folder: Path, *, as_json: bool) -> None:
         click.echo(f"unusable: {fault}", err=True)
 
 
-@command.command("revoke")
+@command.command("revoke", short_help="let the client NAME in no more")
 @click.argument("name")
 @_FOLDER
 @_JSON

@@ -14,6 +14,7 @@ from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, errors_in_units_of, require_apart
+from rtctl.cli.progress import on_a_terminal
 from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
@@ -133,8 +134,8 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     job = Job(config=config, **options)
     # a log that is played back has one axis
     motion = load(config).config.axis[0].motion if config else "rotary"
-    with errors_in_units_of(motion):
-        result = run(job)
+    with errors_in_units_of(motion), on_a_terminal(quiet=as_json, motion=motion) as bar:
+        result = run(job, bar)
     result_lines = _lines(result, job)
     click.echo(json_text(named(result, motion)) if as_json else words("\n".join(result_lines), motion))
 

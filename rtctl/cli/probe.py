@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +61,8 @@ def command(
 
     register()
     loaded = load(config)
-    found = devices(loaded, device, poll=poll)
+    with _drivers_of(loaded.path):
+        found = devices(loaded, device, poll=poll)
     in_place = not as_json and sys.stdout.isatty()
     drawn = 0
 
@@ -98,6 +101,18 @@ def command(
     click.echo("\n".join(_actuator_line(one) for one in torque))
     if bad:
         raise DeviceError("; ".join(bad))
+
+
+@contextmanager
+def _drivers_of(path: Path) -> Iterator[None]:
+    """A driver that cannot be made is an error of a device."""
+    from hw.interface import BackendError
+    from rtctl.errors import DeviceError
+
+    try:
+        yield
+    except BackendError as error:
+        raise DeviceError(f"{path}: {error}") from error
 
 
 def _trouble(report: dict[str, Any]) -> str:

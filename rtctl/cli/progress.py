@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
 
@@ -51,3 +53,14 @@ class Bar:
         """Leave the line of the bar."""
         if self._live and not self._quiet:
             click.echo("", err=True)
+
+
+@contextmanager
+def on_a_terminal(*, quiet: bool, motion: str = "rotary") -> Iterator[Bar]:
+    """A bar of a command that is over in seconds as a rule: on a terminal alone, and gone at the end."""
+    live = not quiet and sys.stderr.isatty()
+    try:
+        yield Bar(quiet=not live, motion=motion)
+    finally:
+        if live:
+            click.echo(f"\r{'':110}\r", err=True, nl=False)

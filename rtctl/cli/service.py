@@ -28,7 +28,7 @@ def command() -> None:
     """Install, remove and look at the rig as a systemd service."""
 
 
-@command.command("install")
+@command.command("install", short_help="make the rig of CONFIG a service")
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--no-start", is_flag=True, help="enable it for the next boot, but do not start it now")
 @click.option(
@@ -73,7 +73,7 @@ def install(
             )
 
 
-@command.command("uninstall")
+@command.command("uninstall", short_help="stop rig NAME, remove its service")
 @click.argument("name")
 @click.option("--purge", is_flag=True, help="also delete its rig file, event log and recordings")
 @_ROOT
@@ -113,14 +113,14 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
         click.echo(f"nothing of rig {name!r} is installed{there}", err=True)
 
 
-@command.command("status")
+@command.command("status", short_help="systemd's view of rig NAME")
 @click.argument("name")
 def status(name: str) -> None:
     """Show systemd's view of rig NAME: state, first fault, last journal lines."""
     sys.exit(_pass(["systemctl", "--no-pager", "status", f"rtctl@{name}.service"]))
 
 
-@command.command("logs")
+@command.command("logs", short_help="the journal of rig NAME")
 @click.argument("name")
 @click.option("-f", "--follow", is_flag=True, help="go on showing new lines")
 @click.option("-n", "--lines", type=click.IntRange(1), default=100, show_default=True, help="newest lines")

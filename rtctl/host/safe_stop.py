@@ -12,9 +12,12 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import import_module
 
+import numpy as np
+
 from hw import registry
+from hw.channels import COMMAND_FIELDS
 from hw.every_device import reach_all
-from hw.interface import Backend, PreparedStop
+from hw.interface import Backend, BackendError, PreparedStop, Rig
 from hw.member import Member
 from hw.refusals import raised_by, words_of
 from hw.rig_words import subset
@@ -42,6 +45,33 @@ class Stopped:
         return asdict(self)
 
 
+class _Unmade:
+    """In the place of a driver that cannot be made: named as not stopped, while the others are."""
+
+    provides: frozenset[str] = frozenset()
+
+    def __init__(self, member: Member, error: BackendError) -> None:
+        self.consumes = frozenset(member.channels) & COMMAND_FIELDS.keys()
+        self._error = error
+
+    def open(self) -> None:
+        raise self._error
+
+    def read(self, tick: np.ndarray) -> None:
+        del tick
+        raise self._error
+
+    write = read
+    stop = close = open
+
+
+def _made(member: Member, rig: Rig) -> Backend:
+    try:
+        return registry.create(member.kind, member.options, rig)
+    except BackendError as error:
+        return _Unmade(member, error)
+
+
 class SafeStop:
     """The actuators of a rig, each behind a backend of its own; simulated devices have no torque to take
     away.
@@ -51,7 +81,7 @@ class SafeStop:
     def __init__(self, loaded: LoadedConfig) -> None:
         rig = loaded.config.hardware()
         made: list[tuple[Member, Backend]] = [
-            (member, registry.create(member.kind, member.options, subset(rig, member.axes)))
+            (member, _made(member, subset(rig, member.axes)))
             for member in loaded.members()
             if not registry.lookup(member.kind).simulated
         ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -76,8 +76,9 @@ class Job:
     plot: Path | None = None
 
 
-def run(job: Job) -> dict[str, Any]:
-    """Do the job; the result is plain numbers and text, ready for JSON.
+def run(job: Job, progress: Callable[[float, str], None] = lambda _share, _text: None) -> dict[str, Any]:
+    """Do the job; the result is plain numbers and text, ready for JSON. `progress` is told the share that is
+    done, 0 to 1, and what comes next.
 
     Raises
     ------
@@ -87,13 +88,16 @@ def run(job: Job) -> dict[str, Any]:
     rig = loaded.config.hardware()
     settings = _settings(job, loaded)
     # before minutes of learning: a log that cannot be judged is told at once
+    progress(0.0, "reading")
     evaluated = judge(loaded.options, rig, settings)
     motion = loaded.config.axis[0].motion
     result: dict[str, Any] = {"rate_hz": loaded.config.loop.rate_hz, "motion": motion}
     result["log"] = evaluated.summary()
     learned = None
     if job.fit_from:
+        progress(0.2, "learning")
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
+        progress(0.5, "how far the joint bends at rest")
         bent = _presliding(job, learned, settings)
         doubts = another_inertia(evaluated.regressed, [each.regressed for each in learned.logs])
         learned = replace(
@@ -111,6 +115,7 @@ def run(job: Job) -> dict[str, Any]:
             artefact.save(learned.model, job.save_model)
     signals = None
     if _has_hand(loaded.options):
+        progress(0.8, "the loop over the log")
         result["interaction"], signals = _interaction(job, loaded, evaluated, learned, settings)
     if job.plot and learned:
         save_plot(job.plot, learned, evaluated, signals, motion)

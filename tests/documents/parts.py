@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from enum import IntEnum, IntFlag
 
 from hw.fault_kinds import KINDS
+from hw.interface import LinkFault
 from rtctl.control import faults
 from rtctl.control.environments import table as environments
 from rtctl.control.states import TRANSITIONS
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import Display, Fault, GateFlag, Program, ProgramFlag, State
 from rtctl.friction import kind_table as friction_kinds
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.tick import FIELDS
@@ -88,6 +90,27 @@ def _state_numbers() -> str:
     return "States: " + ", ".join(f"{state.value} `{state.name}`" for state in State) + ".\n"
 
 
+def _tick_numbers() -> str:
+    def numbers(kinds: type[IntEnum]) -> str:
+        return ", ".join(f"{one.value} `{one.name}`" for one in kinds)
+
+    def bits(flags: type[IntFlag]) -> str:
+        return ", ".join(f"{one.value.bit_length() - 1} `{one.name}`" for one in flags)
+
+    rows = (
+        ("`state`", "number", numbers(State)),
+        ("`faults`", "bits", bits(Fault)),
+        ("`fault_first`", "number", "of one of these bits; -1: none"),
+        ("`link_faults`", "bits", bits(LinkFault)),
+        ("`gate_flags`", "bits", bits(GateFlag)),
+        ("`display_kind`", "number", numbers(Display)),
+        ("`environment_kind`", "number", ", ".join(f"{k} `{k.word}`" for k in environments.Environment)),
+        ("`program_kind`", "number", numbers(Program)),
+        ("`program_flags`", "bits", bits(ProgramFlag)),
+    )
+    return _table("field||what its numbers, or the numbers of its bits, are called", rows)
+
+
 def _environment_numbers() -> str:
     kinds = environments.Environment
     return "Environments: " + ", ".join(f"{kind} `{kind.word}`" for kind in kinds) + ".\n"
@@ -119,6 +142,7 @@ def _environment_keys() -> str:
 
 PARTS: dict[str, Callable[[], str]] = {
     "tick fields": _tick_fields,
+    "numbers in the tick": _tick_numbers,
     "faults": _faults,
     "kinds of scripted faults": scripted_faults,
     "columns of points": _point_columns,

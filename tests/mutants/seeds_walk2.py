@@ -45,6 +45,16 @@ SEEDS = (
         ("tests/unit/hw/test_registry.py::test_a_mistake_in_a_third_partys_package_is_named_with_its_line",),
     ),
     Seed(
+        "a driver that cannot be made keeps the others under torque",
+        "rtctl/host/safe_stop.py",
+        "    except BackendError as error:\n        return _Unmade(member, error)",
+        "    except OSError as error:\n        return _Unmade(member, error)",
+        (
+            "tests/unit/host/test_safe_stop.py"
+            "::test_a_driver_that_cannot_be_made_is_named_and_keeps_no_other_under_torque",
+        ),
+    ),
+    Seed(
         "a torque that was not measured counts as none",
         "rtctl/recording/panels.py",
         "np.where(count, square / np.maximum(count, 1), np.nan)",

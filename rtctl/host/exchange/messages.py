@@ -199,7 +199,7 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
             # operations name the axis before what is bounded by it
             values[name] = _value(message[name], key, rig, values.get("axis"))
         elif key.required:
-            raise _RefuseError("missing_key", f"{name}: {key.meaning}")
+            raise _RefuseError("missing_key", f"{name} is missing: {key.meaning}")
     return values
 
 

@@ -207,7 +207,7 @@ def test_keys_are_texts_and_values_are_shown_as_what_they_are():
     assert "a map" in refused("wrong_type", id=1, op="compensation", share={"a": 1}).text
     assert "an array" in refused("wrong_type", id=1, op="compensation", share=[1]).text
     assert "nil" in refused("wrong_type", id=1, op="compensation", share=None).text
-    assert "share" in refused("missing_key", id=1, op="compensation").text
+    assert "share is missing" in refused("missing_key", id=1, op="compensation").text
 
 
 def test_replies_are_msgpack():

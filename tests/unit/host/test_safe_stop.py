@@ -6,7 +6,9 @@ import json
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -187,6 +189,27 @@ def test_a_bus_of_one_holder_and_one_that_is_gone_are_left_alone():
         loaded = load(CONFIGS / "can-odrive.toml")
         loaded.options["bus"].update(changed)
         SafeStop(loaded).tell()
+
+
+def test_a_driver_that_cannot_be_made_is_named_and_keeps_no_other_under_torque(monkeypatch):
+    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
+    drive, sensor = loaded.members()
+    other = replace(drive, label="other")
+    MADE.clear()
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    rig = SimpleNamespace(config=loaded.config, members=lambda: [drive, sensor, other])
+
+    def create(kind, options, rig):
+        if len(MADE) or kind == sensor.kind:
+            return Fake(options, rig)
+        MADE.append(None)
+        raise BackendError("needs the Python module 'gone'")
+
+    monkeypatch.setattr(registry, "create", create)
+    made = [(one.confirmed, one.detail) for one in SafeStop(rig).now() if one.device != sensor.label]
+    assert made == [(False, "needs the Python module 'gone'"), (True, "")]
+    assert MADE[-1].calls == ["stop", "open", "stop", "close"]
 
 
 def test_making_it_opens_nothing_and_a_sensor_is_left_alone(loaded, monkeypatch):

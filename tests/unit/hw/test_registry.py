@@ -1,12 +1,16 @@
 """Backends are found by name, and what is missing for one is named with what to install."""
 
+import json
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
+import in_process
 import pytest
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
+from rtctl.host import probe_device_readings
 
 
 def test_a_missing_driver_is_named_with_the_package_that_brings_it(monkeypatch):
@@ -77,3 +81,22 @@ def test_a_mistake_in_a_third_partys_package_is_named_with_its_line(
         registry.options_model("odd")
     registry.lookup.cache_clear()
     sys.modules.pop("odd_board", None)
+
+
+def test_whatever_the_making_of_a_driver_raises_is_told_as_a_driver_that_cannot_be_made(monkeypatch):
+    info = BackendInfo("builtins:int", "x:y", True, "")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    with pytest.raises(BackendError, match="builtins:int cannot be made: TypeError: "):
+        registry.create("odd", {}, None)
+
+
+def test_probe_names_a_driver_that_cannot_be_made(monkeypatch, capsys):
+    def devices(*_given, **_more):
+        raise BackendError("x:y cannot be made")
+
+    monkeypatch.setattr(probe_device_readings, "devices", devices)
+    config = Path(__file__).parents[3] / "configs" / "mock.toml"
+    code, said, _ = in_process.run(monkeypatch, capsys, "probe", config, "--for", "0.1", "--json")
+    told = json.loads(said)
+    assert (code, told["error"], told["exit_code"]) == (6, "DeviceError", 6)
+    assert told["message"].endswith("x:y cannot be made")
