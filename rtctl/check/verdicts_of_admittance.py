@@ -18,9 +18,10 @@ from __future__ import annotations
 import math
 
 from rtctl.check.admittance_advice import passing_together
-from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of, rounded_up
+from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import between_text, still_rad_s
+from rtctl.rounded import down, up
 
 KEPT_LEAST = 0.25
 """Least share of its ideal damping that a vibration should keep."""
@@ -83,9 +84,9 @@ def _together(s: Subject) -> str:
 
 def _room(one: AdmittanceFigures) -> str:
     return (
-        f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad "
-        f"({one.hand_stiffness_max_free_nm_rad:.4g} in free motion), down to a mass of "
-        f"{one.mass_min_kgm2:.3g} kg m^2"
+        f"passes up to a hand of {down(one.hand_stiffness_max_nm_rad, 4)} N m/rad "
+        f"({down(one.hand_stiffness_max_free_nm_rad, 4)} in free motion), down to a mass of "
+        f"{up(one.mass_min_kgm2)} kg m^2"
     )
 
 
@@ -93,23 +94,18 @@ def remedy(s: Subject, one: AdmittanceFigures) -> str:
     """What passes nearest by."""
     ways = []
     if one.mass_min_kgm2 > s.table.admittance.mass_kgm2:
-        ways.append(f"mass_kgm2 = {rounded_up(one.mass_min_kgm2)}")
+        ways.append(f"mass_kgm2 = {up(one.mass_min_kgm2)}")
     if one.damping_min_nms_rad > 0:
-        ways.append(f"damping_nms_rad = {rounded_up(one.damping_min_nms_rad)}")
+        ways.append(f"damping_nms_rad = {up(one.damping_min_nms_rad)}")
     if one.hand_stiffness_max_nm_rad > 0:
         ways.append(
-            f"hand_stiffness_nm_rad = {_down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
+            f"hand_stiffness_nm_rad = {down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
         )
     return (
         ", or ".join(ways)
         if ways
         else "no mass passes at these gains: another velocity_gain_nms_rad, or less delay"
     )
-
-
-def _down(value: float) -> str:
-    step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.floor(value / step) * step:.3g}"
 
 
 def stuck_joint(s: Subject) -> list[Verdict]:
@@ -157,7 +153,7 @@ def _rest_remedy(one: AdmittanceFigures) -> str:
         "damping_nms_rad"
     )
     if one.rest_damping_min_nms_rad > 0:
-        return f"rest_damping_nms_rad = {rounded_up(one.rest_damping_min_nms_rad)}, or {ways}"
+        return f"rest_damping_nms_rad = {up(one.rest_damping_min_nms_rad)}, or {ways}"
     return ways
 
 
@@ -203,7 +199,7 @@ def help_with_friction(s: Subject) -> list[Verdict]:
     helped, passes = one.helped, one.helped.ok
     meaning = "no swing, of any amplitude that was tried, is fed by it"
     if not passes:
-        least = _down(share * one.help_share_max / present) if one.help_share_max > 0 else "0"
+        least = down(share * one.help_share_max / present)
         meaning = (
             f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} "
             f"rad/s RMS with a {helped.at}: compensation_share = {least}, or more damping_nms_rad or "
@@ -250,7 +246,7 @@ def any_hand(s: Subject) -> list[Verdict]:
         s.row(
             "admittance without lag, any hand",
             f"{table.mass_kgm2:.4g} kg m^2",
-            f">= {least:.4g}, K_p b = 0",
+            f">= {up(least, 4)}, K_p b = 0",
             Outcome.PASS,
             ("without lags it would be" if passive else "not even without lags would it be")
             + f" passive with any hand{why}; told only: with lags none is, so a box of hands is certified",

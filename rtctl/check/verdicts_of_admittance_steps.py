@@ -10,6 +10,7 @@ from rtctl.check.admittance_figures import calming_hunt, creeping_of, hunting_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import still_rad_s
 from rtctl.friction.guarantee import holding_friction_nm, holds_flicker
+from rtctl.rounded import up
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -147,7 +148,7 @@ def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) ->
     if not held and hunting_of(loop, True).counts_1_s <= most:
         ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")
     elif held and (damping := calming_hunt(loop, most)) > 0:
-        ways.append(f"admittance.rest_damping_nms_rad = {damping:.3g}")
+        ways.append(f"admittance.rest_damping_nms_rad = {up(damping)}")
     counts = s.table.encoder_counts_per_rev * hunting_of(loop, held).counts_1_s / most
     ways.append(f"encoder_counts_per_rev = {counts * 1.01:.3g}")
     return ", or ".join(ways)

@@ -25,6 +25,7 @@ from rtctl.identify.sweep import look_for_cogging, sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.ticks import mean_c
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
+from rtctl.rounded import down
 
 ARM_PATIENCE_S = 30.0
 HOPELESS = 8
@@ -266,13 +267,13 @@ def _require_room(motion: Motion) -> None:
     speed = settings.speed_max_rad_s
     if not (motion.room_rad(1) > 0 and motion.room_rad(-1) > 0):
         raise DataError(
-            f"the joint stands at {motion.position_rad:.3f} rad, outside its travel less the margin "
-            f"({motion.low_rad:.3f} to {motion.high_rad:.3f}); move it towards the middle"
+            f"the joint stands at {motion.position_rad:.4g} rad, outside its travel less the margin "
+            f"({motion.low_rad:.4g} to {motion.high_rad:.4g}); move it towards the middle"
         )
     if run_up_rad(motion, speed) + 0.04 * speed > travel:
         raise DataError(
-            f"a travel of {travel:.3f} rad is too short for {speed:g} rad/s; "
-            f"give --speed-max {0.98 * fastest_rad_s(motion):.2f} or less"
+            f"a travel of {travel:.4g} rad is too short for {speed:g} rad/s; "
+            f"give --speed-max {down(0.98 * fastest_rad_s(motion))} or less"
         )
 
 
