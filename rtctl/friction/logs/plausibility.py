@@ -14,6 +14,7 @@ from rtctl.errors import DataError
 from rtctl.friction.logs.dead_band import dead_band
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.torque_faults import faults, lost_sign, much, require_on, require_two
+from rtctl.rounded import down
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -230,7 +231,7 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
     elif viscous.high < axis.viscous_nms_rad:
         notes.append(
             f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows "
-            f"(at most {viscous.high:.3g}); the stability proof rests on it: lower it"
+            f"(at most {down(viscous.high)}); the stability proof rests on it: lower it"
         )
     return tuple(notes)
 
