@@ -93,6 +93,7 @@ def _room(one: AdmittanceFigures) -> str:
 def remedy(s: Subject, one: AdmittanceFigures) -> str:
     """What passes nearest by."""
     ways = []
+    # below the rig file's it is no remedy: 0 says that no mass passes
     if one.mass_min_kgm2 > s.table.admittance.mass_kgm2:
         ways.append(f"mass_kgm2 = {up(one.mass_min_kgm2)}")
     if one.damping_min_nms_rad > 0:
@@ -124,6 +125,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
             f"{one.stuck_worst}"
         )
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
+        # what shakes more slowly than this nobody feels, though an eigenvalue grows
         if speed > still:
             outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
             if s.axis.guarantee.may_be_shorter:
@@ -192,6 +194,7 @@ def help_with_friction(s: Subject) -> list[Verdict]:
     # Reading a report's names must not load the compiler.
     from rtctl.control.proofs.admittance_help import GROWS_1_S
 
+    # of the loop and not of the rig file: a model that helps with nothing has none
     present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
     if present == 0:
         return []
@@ -274,6 +277,7 @@ def vibrations(s: Subject) -> list[Verdict]:
 
 def lateness(s: Subject) -> list[Verdict]:
     """Delay and lag that the certificate rests on, and whether a device says them."""
+    # a delay of the rig file is an answer, too: somebody has measured it
     silent = bool(s.axis.undeclared_devices) and s.axis.delay_ticks == 0
     steady = s.axis.jitter_ticks == 0
     told = f"{between_text(s.axis)}: the worse of declared and measured"
@@ -282,6 +286,7 @@ def lateness(s: Subject) -> list[Verdict]:
             f"{' and '.join(s.axis.undeclared_devices)} does not say how late it is and "
             "coupling.delay_ticks is 0"
         )
+    # the certificate is of constant delays: an eigenvalue knows no other
     elif not steady:
         told += "; a delay that changes from tick to tick is none of those"
     return [

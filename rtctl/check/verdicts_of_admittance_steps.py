@@ -47,6 +47,7 @@ def steps(s: Subject) -> list[Verdict]:
         ),
         ("admittance, one step of the force", force, "less force_lowpass_hz, or more mass_kgm2"),
     ):
+        # felt as roughness from `held` on, and refused only where it is a tenth of the motor
         outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
         meaning = (
             "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % "
@@ -81,6 +82,7 @@ def hunting(s: Subject) -> list[Verdict]:
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
     found, bound = hunting_of(loop, held), still_rad_s(s)
+    # the loop is linear in the count: what is found of one counts for every encoder
     speed = found.counts_1_s * s.axis.count_rad
     outcome = Outcome.PASS if speed <= bound else Outcome.FAIL
     kept = (

@@ -115,6 +115,7 @@ def identify(
     ------
     DataError, FaultError, HandOnRigError
         As the motions; what was complete is in the store."""
+    # of this session: what was given up is tried again by the next one
     motion, tried = Motion(rig, settings, notice), set[str]()
 
     def is_over(task: Task) -> bool:
@@ -129,6 +130,7 @@ def identify(
     store.begin(bias)
     progress(0.0, 1.0, "arming")
     yield from arm(motion)
+    # only now: before it is armed the joint may be moved by hand
     motion.choose_travel()
     _require_room(motion)
     total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
@@ -141,6 +143,7 @@ def identify(
     while todo:
         task = todo.pop(0)
         progress(done_s, total_s, task.name)
+        # measured or given up: `remaining` is not to ask for it again
         tried.add(task.name)
         # the longest known: dry friction settles over some of it
         motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
@@ -154,6 +157,7 @@ def identify(
             notice(f"left out: {why}")
             todo = _quick_ones_first(todo, store, len(tried), settings.speed_max_rad_s)
         done_s += expected_s(motion, task)
+        # what was measured may ask for slower speeds: a peak goes on below the lowest
         if not todo:
             todo = remaining(settings, is_over, store.known())
             total_s = done_s + sum(expected_s(motion, task) for task in todo)
