@@ -225,20 +225,18 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     )
     efforts = [effort_units(TORQUE_UNITS, *one) for one in moves]
     speeds = [coordinate_units(VELOCITY_UNITS, SPEED_UNITS, *one) for one in moves]
-    torque_per_amp = (
-        rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
-    )  # N m at the joint, an ampere
+    torque_per_amp = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
     current = _per_axis(table, axes, "current", [CURRENT_UNITS] * rig.n_axes)
     motor_torque = _per_axis(table, axes, "motor_torque", efforts)
     if motor_torque is not None:
-        current = motor_torque / torque_per_amp  # the loop knows amperes alone
+        current = motor_torque / torque_per_amp
     force = options.get("force")
     hand = _per_axis(table, axes, "hand_torque", efforts)
     velocity = _per_axis(table, axes, "velocity", speeds)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
     beside = {"motor torque": current, "external torque": hand, "column velocity": velocity}
     given = {name: column for name, column in beside.items() if column is not None}
-    steps = tuple(quantum(each) for each in position.T)  # before rows are mended or resampled
+    steps = tuple(quantum(each) for each in position.T)
     notes: tuple[str, ...] = ()
     if table.time_s is not None and any(one.instants_s is not None for one in grid.stretches):
         longest = slice(*max(((one.first, one.last) for one in grid.stretches), key=np.ptp))
