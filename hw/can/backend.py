@@ -295,5 +295,5 @@ class CanBackend:
         if bus is None:
             return
         self.stop()
-        self.bus = self._tick = None
+        self.bus = self._tick = None  # before it is closed: a read then says so
         bus.close()

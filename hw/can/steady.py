@@ -139,7 +139,7 @@ class Steady:
     def begin(self, bus: SteadyBus, cycles: int, standing_faults: int, *, enabled: bool) -> None:
         """Hand the device over for at most so many cycles: `enabled` and these faults stay in them."""
         row, sample, backend = self._row, self._backend.sample, self._backend
-        if self._of is not bus:
+        if self._of is not bus:  # opened anew since: other descriptor, other frames
             self._connect(bus)
         commands = backend.steady_commands()
         if not _is_exact(commands) or not all(_fill_state(frame) for frame in self._frames):

@@ -76,6 +76,7 @@ class DriveSim:
         handled = 0
         while (message := self.bus.recv(wait_s)) is not None:
             wait_s = 0.0  # it waits for the first frame alone
+            # the controller's own word: no device sees it
             if message.is_error_frame:
                 continue
             handled += 1

@@ -51,12 +51,14 @@ def prepare(
 
     `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The
     formulas are those of `hw.simulators.mock_bristles.coupled_step`, with the side's share of everything."""
+    # the curve is read where the step takes its torques, by the velocity foreseen
     ahead, size = (1.0 - share) * h, row[SIZE]
     v_mid = row[V] + ahead * row[A]
     g = sliding_level(v_mid, row[X] + ahead * row[V], level[0], level[1], p, axis) * factor[0] * size
     row[UP], row[DOWN] = g * p.friction_scale_positive[axis], g * p.friction_scale_negative[axis]
     row[DRAG] = row[B] * viscous(v_mid, p, axis) * factor[1] * direction_scale(v_mid, p, axis)
     row[OFFSET], row[SLOPE], row[HELD] = 0.0, 0.0, 0.0
+    # elements bring their own torque, a side without friction none
     if size <= 0.0 or p.element_count[axis] > 0:
         return
     g, z = row[UP] if v_mid >= 0.0 else row[DOWN], row[Z]
@@ -148,6 +150,7 @@ def hold(row: np.ndarray, h: float, share: float, highest: float, p: np.record, 
 def settle(row: np.ndarray, torques: np.ndarray, h: float, share: float, p: np.record, axis: int) -> float:
     """Let the step pass on one side; returns its friction at the end, N m."""
     w = row[W]
+    # w is the velocity at `share` of the step: the end lies as much further
     v_new = row[V] + (w - row[V]) / share
     row[A], row[V] = (v_new - row[V]) / h, v_new
     row[X] += h * w

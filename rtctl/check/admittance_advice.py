@@ -9,7 +9,8 @@ from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
-from rtctl.check.admittance_figures import heavier, judged, rounded_up
+from rtctl.check.admittance_figures import heavier, judged
+from rtctl.rounded import up
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -62,11 +63,11 @@ def _change(shares: tuple[float, float, float, float]) -> float:
 def _changed(loop: AdmittanceLoop, mass: float, damped: float, gain: float, held: float) -> AdmittanceLoop:
     from rtctl.control.proofs.admittance_margin import with_mass  # names must not load the compiler
 
-    shown = float(rounded_up(mass * loop.mass_kgm2)) if mass > 1 else loop.mass_kgm2
+    shown = float(up(mass * loop.mass_kgm2)) if mass > 1 else loop.mass_kgm2
     damping = loop.virtual_damping_nms_rad
     if mass * damped > 1:
         # b/m of 1/s at least: 0 could not be raised
-        damping = float(rounded_up(mass * damped * max(damping, loop.mass_kgm2)))
+        damping = float(up(mass * damped * max(damping, loop.mass_kgm2)))
     return replace(
         with_mass(loop, shown),
         mass_max_kgm2=loop.mass_max_kgm2 if loop.mass_max_kgm2 > shown else 0.0,
@@ -94,7 +95,7 @@ def _calmed(loop: AdmittanceLoop) -> AdmittanceLoop | None:
     if loop.bristle_nm_rad == 0 or all(judge_stuck(one).ok for one in masses):
         return loop
     needed = [calming_rest_damping(one) for one in masses]
-    return replace(loop, rest_damping_nms_rad=float(rounded_up(max(needed)))) if all(needed) else None
+    return replace(loop, rest_damping_nms_rad=float(up(max(needed)))) if all(needed) else None
 
 
 def _told(loop: AdmittanceLoop, found: AdmittanceLoop) -> list[tuple[str, str]]:

@@ -228,12 +228,6 @@ def calming_hunt(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
     return max(found) if all(found) else 0.0
 
 
-def rounded_up(value: float) -> str:
-    """Three digits, no less than the value."""
-    step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.ceil(value / step) * step:.3g}"
-
-
 def _sticking(loops: tuple[AdmittanceLoop, ...]) -> Sticking:
     """The one of these whose joint is shaken the fastest while it sticks."""
     from rtctl.control.proofs.admittance_sticking import sticking

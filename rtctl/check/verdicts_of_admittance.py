@@ -18,9 +18,10 @@ from __future__ import annotations
 import math
 
 from rtctl.check.admittance_advice import passing_together
-from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of, rounded_up
+from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import between_text, still_rad_s
+from rtctl.rounded import down, up
 
 KEPT_LEAST = 0.25
 """Least share of its ideal damping that a vibration should keep."""
@@ -83,33 +84,29 @@ def _together(s: Subject) -> str:
 
 def _room(one: AdmittanceFigures) -> str:
     return (
-        f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad "
-        f"({one.hand_stiffness_max_free_nm_rad:.4g} in free motion), down to a mass of "
-        f"{one.mass_min_kgm2:.3g} kg m^2"
+        f"passes up to a hand of {down(one.hand_stiffness_max_nm_rad, 4)} N m/rad "
+        f"({down(one.hand_stiffness_max_free_nm_rad, 4)} in free motion), down to a mass of "
+        f"{up(one.mass_min_kgm2)} kg m^2"
     )
 
 
 def remedy(s: Subject, one: AdmittanceFigures) -> str:
     """What passes nearest by."""
     ways = []
+    # below the rig file's it is no remedy: 0 says that no mass passes
     if one.mass_min_kgm2 > s.table.admittance.mass_kgm2:
-        ways.append(f"mass_kgm2 = {rounded_up(one.mass_min_kgm2)}")
+        ways.append(f"mass_kgm2 = {up(one.mass_min_kgm2)}")
     if one.damping_min_nms_rad > 0:
-        ways.append(f"damping_nms_rad = {rounded_up(one.damping_min_nms_rad)}")
+        ways.append(f"damping_nms_rad = {up(one.damping_min_nms_rad)}")
     if one.hand_stiffness_max_nm_rad > 0:
         ways.append(
-            f"hand_stiffness_nm_rad = {_down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
+            f"hand_stiffness_nm_rad = {down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
         )
     return (
         ", or ".join(ways)
         if ways
         else "no mass passes at these gains: another velocity_gain_nms_rad, or less delay"
     )
-
-
-def _down(value: float) -> str:
-    step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.floor(value / step) * step:.3g}"
 
 
 def stuck_joint(s: Subject) -> list[Verdict]:
@@ -128,6 +125,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
             f"{one.stuck_worst}"
         )
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
+        # what shakes more slowly than this nobody feels, though an eigenvalue grows
         if speed > still:
             outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
             if s.axis.guarantee.may_be_shorter:
@@ -157,7 +155,7 @@ def _rest_remedy(one: AdmittanceFigures) -> str:
         "damping_nms_rad"
     )
     if one.rest_damping_min_nms_rad > 0:
-        return f"rest_damping_nms_rad = {rounded_up(one.rest_damping_min_nms_rad)}, or {ways}"
+        return f"rest_damping_nms_rad = {up(one.rest_damping_min_nms_rad)}, or {ways}"
     return ways
 
 
@@ -196,6 +194,7 @@ def help_with_friction(s: Subject) -> list[Verdict]:
     # Reading a report's names must not load the compiler.
     from rtctl.control.proofs.admittance_help import GROWS_1_S
 
+    # of the loop and not of the rig file: a model that helps with nothing has none
     present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
     if present == 0:
         return []
@@ -203,7 +202,7 @@ def help_with_friction(s: Subject) -> list[Verdict]:
     helped, passes = one.helped, one.helped.ok
     meaning = "no swing, of any amplitude that was tried, is fed by it"
     if not passes:
-        least = _down(share * one.help_share_max / present) if one.help_share_max > 0 else "0"
+        least = down(share * one.help_share_max / present)
         meaning = (
             f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} "
             f"rad/s RMS with a {helped.at}: compensation_share = {least}, or more damping_nms_rad or "
@@ -250,7 +249,7 @@ def any_hand(s: Subject) -> list[Verdict]:
         s.row(
             "admittance without lag, any hand",
             f"{table.mass_kgm2:.4g} kg m^2",
-            f">= {least:.4g}, K_p b = 0",
+            f">= {up(least, 4)}, K_p b = 0",
             Outcome.PASS,
             ("without lags it would be" if passive else "not even without lags would it be")
             + f" passive with any hand{why}; told only: with lags none is, so a box of hands is certified",
@@ -278,6 +277,7 @@ def vibrations(s: Subject) -> list[Verdict]:
 
 def lateness(s: Subject) -> list[Verdict]:
     """Delay and lag that the certificate rests on, and whether a device says them."""
+    # a delay of the rig file is an answer, too: somebody has measured it
     silent = bool(s.axis.undeclared_devices) and s.axis.delay_ticks == 0
     steady = s.axis.jitter_ticks == 0
     told = f"{between_text(s.axis)}: the worse of declared and measured"
@@ -286,6 +286,7 @@ def lateness(s: Subject) -> list[Verdict]:
             f"{' and '.join(s.axis.undeclared_devices)} does not say how late it is and "
             "coupling.delay_ticks is 0"
         )
+    # the certificate is of constant delays: an eigenvalue knows no other
     elif not steady:
         told += "; a delay that changes from tick to tick is none of those"
     return [

@@ -10,6 +10,7 @@ from rtctl.check.admittance_figures import calming_hunt, creeping_of, hunting_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import still_rad_s
 from rtctl.friction.guarantee import holding_friction_nm, holds_flicker
+from rtctl.rounded import up
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -46,6 +47,7 @@ def steps(s: Subject) -> list[Verdict]:
         ),
         ("admittance, one step of the force", force, "less force_lowpass_hz, or more mass_kgm2"),
     ):
+        # felt as roughness from `held` on, and refused only where it is a tenth of the motor
         outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
         meaning = (
             "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % "
@@ -80,6 +82,7 @@ def hunting(s: Subject) -> list[Verdict]:
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
     found, bound = hunting_of(loop, held), still_rad_s(s)
+    # the loop is linear in the count: what is found of one counts for every encoder
     speed = found.counts_1_s * s.axis.count_rad
     outcome = Outcome.PASS if speed <= bound else Outcome.FAIL
     kept = (
@@ -147,7 +150,7 @@ def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) ->
     if not held and hunting_of(loop, True).counts_1_s <= most:
         ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")
     elif held and (damping := calming_hunt(loop, most)) > 0:
-        ways.append(f"admittance.rest_damping_nms_rad = {damping:.3g}")
+        ways.append(f"admittance.rest_damping_nms_rad = {up(damping)}")
     counts = s.table.encoder_counts_per_rev * hunting_of(loop, held).counts_1_s / most
     ways.append(f"encoder_counts_per_rev = {counts * 1.01:.3g}")
     return ", or ".join(ways)

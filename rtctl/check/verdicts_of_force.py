@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_admittance import found
 from rtctl.check.verdicts_of_observer import loop_of, observes
+from rtctl.rounded import up
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.observer_loop import Loop
@@ -53,7 +54,7 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
     counted = f"low-pass of {way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "no low-pass"
     counted += (f", {way.ticks} ticks late" if way.ticks else "") + own
     down = (
-        f"holds down to a sensor low-pass of {_up(least_hz)} Hz"
+        f"holds down to a sensor low-pass of {up(least_hz)} Hz"
         if least_hz > 0
         else "holds with any slower one, too"
     )
@@ -69,18 +70,9 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
     return s.row(
         name,
         (f"{way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "none") if way.said_by else "not declared",
-        f">= {_up(least_hz)} Hz" if 0 < least_hz < math.inf else "any" if least_hz == 0 else "none",
+        f">= {up(least_hz)} Hz" if 0 < least_hz < math.inf else "any" if least_hz == 0 else "none",
         Outcome.PASS if way.said_by else Outcome.NOT_PROVED,
         meaning,
         # inf: holds only without one, which is what it has
         least_hz / cut if math.isfinite(least_hz) else 1.0,
     )
-
-
-def _up(hz: float) -> str:
-    """Rounded up to three digits: a bound is no lower than what was found."""
-    # neither has digits to be rounded
-    if not 0 < hz < math.inf:
-        return f"{hz:g}"
-    step = 10.0 ** (math.floor(math.log10(hz)) - 2)
-    return f"{math.ceil(hz / step - 1e-9) * step:.3g}"

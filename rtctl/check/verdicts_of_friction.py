@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.compensation_limit import FACTOR_LEAST, FACTOR_MOST
 from rtctl.friction.policies import STANDINGS
+from rtctl.rounded import down, up
 
 HEAVIEST_HAND_KGM2 = 0.02
 """Heaviest hand of the box of hands, at the link."""
@@ -44,7 +45,7 @@ def energy_account(s: Subject) -> list[Verdict]:
     return [
         s.row(
             "energy account of the compensation",
-            f"{sure.given_most_j * 1e3:.3g} mJ",
+            f"{up(sure.given_most_j * 1e3)} mJ",
             "presliding length known",
             Outcome.PASS if sure.measured else Outcome.NOT_PROVED,
             text,
@@ -136,11 +137,11 @@ def wish(s: Subject) -> list[Verdict]:
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED  # a gain of NaN is refused
     meaning = (
         f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to "
-        f"{passes_hz:.4g}"
+        f"{down(passes_hz, 4)}"
     )
     if late > 0 or s.axis.force_way.sensor_hz > 0:
         own = f" and a sensor of {s.axis.force_way.sensor_hz:g} Hz" if s.axis.force_way.sensor_hz > 0 else ""
-        meaning += f", and {later_hz:.4g} with what is {late} ticks late{own}"
+        meaning += f", and {down(later_hz, 4)} with what is {late} ticks late{own}"
     return [
         s.row(
             "intent over the mass of a hand",
@@ -153,7 +154,7 @@ def wish(s: Subject) -> list[Verdict]:
             if loop < 1
             else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand "
             f"of {heaviest:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is "
-            f"{passes_hz:.4g} Hz: that, or a larger intent_nm",
+            f"{down(passes_hz, 4)} Hz: that, or a larger intent_nm",
         )
     ]
 
@@ -287,7 +288,7 @@ def damping_and_model(s: Subject) -> list[Verdict]:
         s.row(
             "viscous_nms_rad against the model",
             f"{b:.4g} N m s/rad",
-            f"<= {most:.4g}",
+            f"<= {down(most, 4)}",
             Outcome.PASS if passed else Outcome.FAIL,
             "all the friction that was measured, over speed, where that is least",
             b / most if most > 0 else 2.0,
@@ -295,6 +296,6 @@ def damping_and_model(s: Subject) -> list[Verdict]:
             if passed
             else f"{s.where}.viscous_nms_rad: axis {s.axis.name}: {b:g} alone would be more than all the "
             f"friction that the model was taught at {found.drag_speed_rad_s:.3g} rad/s, the bound is "
-            f"{most:.4g} N m s/rad: measure it again (rtctl identify), or look for a wrong unit",
+            f"{down(most, 4)} N m s/rad: measure it again (rtctl identify), or look for a wrong unit",
         )
     ]

@@ -10,6 +10,7 @@ from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
 from rtctl.friction.guarantee import holds_flicker
+from rtctl.rounded import down, up
 
 if TYPE_CHECKING:
     from rtctl.check.axis_report import AxisFigures
@@ -47,8 +48,8 @@ def sampled_loop(s: Subject) -> list[Verdict]:
         f"needs {needed:.4g} N m s/rad",
         f"<= {b:.4g}",
         Outcome.PASS if passed else Outcome.FAIL,
-        f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} N m/rad at this b_c is passive with every passive "
-        "hand and every passive virtual environment",
+        f"k_c up to {down(axis.sampled_data_k_max_nm_rad, 4)} N m/rad at this b_c is passive with every "
+        "passive hand and every passive virtual environment",
         needed / b if b > 0 else (0.0 if passed else math.nan),  # no number: ranked as the worst
         "" if passed else _coupling_refusal(s),
     )
@@ -115,7 +116,7 @@ def fresh_samples(s: Subject) -> list[Verdict]:
             every / most,
             f"{s.where}: axis {s.axis.name}: a fresh sample comes every {every} ticks "
             f"({s.axis.sample_from}), and one that is {most} old is STALE: the rig would never arm; "
-            f"loop.rate_hz = {slower_hz:.6g} at most, or a quicker device"
+            f"loop.rate_hz = {down(slower_hz, 6)} at most, or a quicker device"
             if every > most
             else "",
         )
@@ -179,7 +180,7 @@ def encoder_steps(s: Subject) -> list[Verdict]:
             f": friction holds it, but its bristles bend over {bent:.3g} counts, and are a spring so far"
         )
     else:
-        meaning += f"; {needed:.3g} N m of dry friction hold it still (dry_friction_nm)"
+        meaning += f"; {up(needed)} N m of dry friction hold it still (dry_friction_nm)"
         outcome = Outcome.FAIL if shake > _felt_rad_s(s) else outcome
     refusal = _steps_refusal(s, shake) if outcome == Outcome.FAIL else ""
     figure, bound = f"{shake:.3g} rad/s RMS", f"<= {still:g} rad/s"
@@ -235,41 +236,32 @@ def _steps_refusal(s: Subject, shake: float) -> str:
     return (
         f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts "
         f"make the coupling step by {axis.quantisation_torque_nm:.3g} N m and shake the joint at "
-        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {axis.quantisation_torque_nm:.3g} N m "
+        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {up(axis.quantisation_torque_nm)} N m "
         f"of guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
         "coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
     )
 
 
-def down(value: float) -> str:
-    """Four significant digits, rounded down, so that the printed bound itself passes."""
-    if not value > 0 or not math.isfinite(value):
-        return "0"
-    value *= 1 + _ROUNDING  # a bound that is a round number must not lose its last digit
-    step = 10.0 ** (math.floor(math.log10(value)) - 3)
-    return f"{math.floor(value / step * (1 + _ROUNDING)) * step:.4g}"
-
-
 def _coupling_refusal(s: Subject) -> str:
     """File, axis, key, value, bound and remedy, on one line."""
     axis, b = s.axis, s.axis.device_damping_nms_rad  # that no hand can cancel
-    k_max, found = down(axis.sampled_data_k_max_nm_rad), axis.friction  # as printed it must pass
+    k_max, found = down(axis.sampled_data_k_max_nm_rad, 4), axis.friction  # as printed it must pass
     pair = (
-        f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "
-        f"damping_nms_rad = {down(axis.recommended_damping_nms_rad)}"
+        f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad, 4)}, "
+        f"damping_nms_rad = {down(axis.recommended_damping_nms_rad, 4)}"
     )
     # first: no coupling helps where friction is compensated beyond itself
     if found is not None and not b > 0:
         return (
             f"{s.where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
             f"{found.secant_speed_rad_s:.3g} rad/s it leaves {b:.4g} N m s/rad of damping, the bound is > 0; "
-            f"no coupling passes; a gain of at most {down(found.gain_max)} does for this coupling, or a "
+            f"no coupling passes; a gain of at most {down(found.gain_max, 4)} does for this coupling, or a "
             f"better model (its largest error is {found.error_max_nm:.3g} N m)"
         )
     if axis.damping_nms_rad > b:  # then no stiffness passes, however small
         return (
             f"{s.where}.coupling.damping_nms_rad: axis {axis.name}: {axis.damping_nms_rad:g} is above its "
-            f"bound {down(b)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"
+            f"bound {down(b, 4)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"
         )
     return (
         f"{s.where}.coupling.stiffness_nm_rad: axis {axis.name}: {axis.stiffness_nm_rad:g} is not provably "

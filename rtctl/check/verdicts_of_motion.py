@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_units import Band, judged
+from rtctl.rounded import down
 
 SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
@@ -157,7 +158,7 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
         f"{s.where}: axis {s.axis.name}: one encoder count is {s.axis.count_rad:.3g} rad, and in a tick the "
         f"joint may move by {reach:.3g} ({JUMP_FACTOR:g} velocity_limit_rad_s): each count counts as a jump"
         + (
-            f", and the second sample of it cuts the torque; loop.rate_hz = {most_hz:.4g} at most"
+            f", and the second sample of it cuts the torque; loop.rate_hz = {down(most_hz, 4)} at most"
             if cuts
             else ""
         )

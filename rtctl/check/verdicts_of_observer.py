@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from rtctl.check import observer_tuning
 from rtctl.check.observer_tuning import judged
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.rounded import down
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.observer_loop import Loop
@@ -165,7 +166,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     # without friction that is vouched for, a count moves the joint
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
-    remedy = f"bandwidth_hz = {_quiet_bandwidth(s):.3g}, or gain = 0" if held > 0 else "gain = 0"
+    remedy = f"bandwidth_hz = {down(_quiet_bandwidth(s))}, or gain = 0" if held > 0 else "gain = 0"
     meaning = "torque of one encoder count through the observer, of the least friction of the joint"
     if outcome != Outcome.PASS:
         meaning += f": friction.observer: {remedy}, or a finer encoder"

@@ -14,6 +14,7 @@ from rtctl.cli.check_lines import axis_lines
 from rtctl.cli.json_text import end_with
 from rtctl.cli.outputs import OutputFile
 from rtctl.errors import StabilityError
+from rtctl.rounded import up
 
 if TYPE_CHECKING:
     from rtctl.check.stability_report import Report
@@ -92,7 +93,7 @@ def _echo_verdicts(report: Report) -> None:
     told = [row for row in report.verdicts if row.outcome != Outcome.PASS]
     shown = _shown(report)
     given = [
-        f"{axis.name} at most {axis.guarantee.given_most_j * 1e3:.3g} mJ"
+        f"{axis.name} at most {up(axis.guarantee.given_most_j * 1e3)} mJ"
         for axis in report.axes
         if axis.compensates
     ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtctl.rounded import down, up
+
 if TYPE_CHECKING:
     from rtctl.check.stability_report import AxisReport
     from rtctl.friction.margins import FrictionFigures
@@ -21,7 +23,7 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
             "virtual mass m",
             f"{loop.mass_kgm2:.4g} kg m^2",
             (f"up to {loop.mass_max_kgm2:g} while it runs; " if loop.mass_max_kgm2 > loop.mass_kgm2 else "")
-            + f"least that passes {one.mass_min_kgm2:.3g}",
+            + f"least that passes {up(one.mass_min_kgm2)}",
         ),
         ("virtual damping b_v", f"{loop.virtual_damping_nms_rad:.4g} N m s/rad", ""),
         (
@@ -31,13 +33,13 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
         (
             "stiffest hand that passes",
-            f"{one.hand_stiffness_max_nm_rad:.4g} N m/rad",
-            f"in any linear world; in free motion {one.hand_stiffness_max_free_nm_rad:.4g}; the box has "
+            f"{down(one.hand_stiffness_max_nm_rad, 4)} N m/rad",
+            f"in any linear world; in free motion {down(one.hand_stiffness_max_free_nm_rad, 4)}; the box has "
             f"{loop.box.stiffness_nm_rad:g}",
         ),
         (
             "least mass without lag",
-            f"{one.mass_min_continuous_kgm2:.4g} kg m^2",
+            f"{up(one.mass_min_continuous_kgm2, 4)} kg m^2",
             "J K_v/(b + K_v): passive with any hand",
         ),
     ]
@@ -49,7 +51,7 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     if not axis.impedance:  # nothing of a coupling is felt there
         shown += _friction_lines(axis.friction) if axis.friction else []
         return shown + (_account_lines(axis) if axis.compensates else [])
-    from rtctl.check.verdicts_of_loop import between_text, down
+    from rtctl.check.verdicts_of_loop import between_text
 
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad  # proved; known
     lines = [
@@ -63,12 +65,12 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         (
             "sampled-data margin",
             f"{exact:+.4g} N m s/rad",
-            f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} at this b_c",
+            f"k_c up to {down(axis.sampled_data_k_max_nm_rad, 4)} at this b_c",
         ),
         (
             "Adams-Hannaford margin",
             f"{paper:+.4g} N m s/rad",
-            f"as in the papers; k_c up to {axis.adams_hannaford_k_max_nm_rad:.4g} at this b_c",
+            f"as in the papers; k_c up to {down(axis.adams_hannaford_k_max_nm_rad, 4)} at this b_c",
         ),
     ]
     lines += _friction_lines(axis.friction) if axis.friction else []
@@ -82,8 +84,8 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
         (
             "recommended coupling",
-            f"{down(axis.recommended_stiffness_nm_rad)} N m/rad",
-            f"with b_c = {down(axis.recommended_damping_nms_rad)} N m s/rad",
+            f"{down(axis.recommended_stiffness_nm_rad, 4)} N m/rad",
+            f"with b_c = {down(axis.recommended_damping_nms_rad, 4)} N m s/rad",
         ),
         (
             "ring on the coupling, hand off",
@@ -104,7 +106,7 @@ def _account(axis: AxisReport) -> str:
         return "all of the limit can be taken back in time"
     # inf: no slope brings it, as the gate is no quicker than a tick
     needed = axis.torque_rate_needed_nm_s
-    remedy = f"torque_rate_nm_s = {needed:.4g}" if math.isfinite(needed) else "a larger passivity.budget_j"
+    remedy = f"torque_rate_nm_s = {up(needed, 4)}" if math.isfinite(needed) else "a larger passivity.budget_j"
     return f"of {axis.torque_limit_nm:.4g}, the rest against what the hand puts in; all with {remedy}"
 
 
@@ -138,7 +140,7 @@ def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         (
             "bank of the compensation",
             f"{sure.bank_j * 1e3:.3g} mJ",
-            f"a hand is given at most {sure.given_most_j * 1e3:.3g} mJ",
+            f"a hand is given at most {up(sure.given_most_j * 1e3)} mJ",
         ),
         (
             "push that is helped at rest",
@@ -171,6 +173,6 @@ def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
         (
             "most feed-forward",
             f"{found.feedforward_max_nm:.4g} N m",
-            f"share that surely passes {found.gain_max:.3g}",
+            f"share that surely passes {down(found.gain_max)}",
         ),
     ]

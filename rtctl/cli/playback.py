@@ -124,6 +124,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     require_apart(options["save_model"], (config, options["log"], *options["fit_from"]), options["plot"])
     if config:
         refuse_unread(_OF_A_LOG_ALONE, f"means nothing with a rig file: it stands in {config}")
+    # an option that is not read would be believed to have counted
     if not options["fit_from"]:
         refuse_unread(_OF_LEARNING, "is about the model that is learned: give --fit-from, too")
     from rtctl.recording.as_columns import register

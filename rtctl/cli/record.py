@@ -69,6 +69,7 @@ def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
     """Name of the rig, folder, and limits of its file."""
     from rtctl.recording.state_folder import recording_folder, state_folder
 
+    # a name alone: the daemon may be of a file that is not here
     if not is_rig_file(rig):
         return rig, out or state_folder(rig) / "recordings", None
     from rtctl.recording.limits import Limits

@@ -111,7 +111,7 @@ def step(
         program = program_torque(t, s, p, c, model[axis], axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, axis, dx, elapsed, powered)
-        faults |= _sum_torques(t, s, p, axis, feedback, program)
+        faults |= _sum_torques(t, s, axis, feedback, program)
     faults |= _doubt_force(t, s, p, elapsed, powered)
     faults |= intake.target_fault(s, p, c) | intake.host_fault(s, c)
     # 8. state machine
@@ -246,7 +246,7 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
 
 
 @inlined
-def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, program: float) -> int:
+def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: float) -> int:
     """Wanted torque of ACTIVE; its damping share is written beside it."""
     if in_program(s, axis):
         t.coupling_torque_nm[axis] = 0.0

@@ -28,6 +28,7 @@ from rtctl.identify.observer import Identifier
 from rtctl.identify.session import arm
 from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.rounded import up
 
 BIAS_S = 1.0
 HOME_RAD = 0.01
@@ -167,14 +168,13 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     if fastest > 0.8 * axis.velocity_limit_rad_s:
         raise ConfigError(
             f"{path}: axis[0].velocity_limit_rad_s {axis.velocity_limit_rad_s:g}: the references move at up "
-            f"to {fastest:.2g} rad/s, which needs a limit of 1.25 times that; raise it if the rig bears it"
+            f"to {up(fastest)} rad/s, which needs a limit of 1.25 times that; raise it if the rig bears it"
         )
     settings = settings_of(loaded)
     needed = max(high - low for low, high in (case.range_rad for case in cases)) + 4 * settings.margin_rad
     if axis.position_max_rad - axis.position_min_rad < needed:
         raise ConfigError(
-            f"{path}: axis[0].position_min_rad to position_max_rad: the references need a travel of "
-            f"{needed:.2f} rad, not {axis.position_max_rad - axis.position_min_rad:.2f}"
+            f"{path}: axis[0].position_min_rad to position_max_rad: the references need {up(needed)} rad"
         )
     return rig_of(loaded, settings)
 

@@ -17,7 +17,8 @@ from rtctl.friction import drift_estimate as of_window
 from rtctl.friction.drift_estimate import METHOD_FLOOR, STROKES_MIN, VISCOUS, VISCOUS_OFF
 from rtctl.friction.drift_strokes import Strokes, unpacked
 
-# small changes were up to 2.2 from 0, a tenth 5.6 to 6.7: four is half as far from none (decision 0120)
+# small changes were up to 2.2 from 0, a tenth 5.6 to 6.7. With four a tenth was told after 21 s for 24, at
+# half the distance from no change (decision 0120)
 SURE = 5.0
 """Standard errors, of both unknowns together, by which friction was another one: each stroke asks anew."""
 

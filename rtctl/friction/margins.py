@@ -88,12 +88,14 @@ def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray
     and its feed-forward; of one that it goes by load with: without load and with most, likewise."""
     part = model.branches[branch]
     tables = part.place_tables(model.place) if _by_place(model, axis) else None
+    # curve of speed alone: one weakest case, or two where load adds friction
     if tables is None:
         curves = [_curves(model, branch, axis, v)]
         if most_load_nm(model, axis) > 0:
             curves.append(_curves(model, branch, axis, v, load_nm=most_load_nm(model, axis)))
         return curves
     doubt_nm = float(model.error_max_nm.max()) + axis.friction.drift_nm
+    # held at the end of the range: beyond it the tables were taught nothing
     turn = tables.over_turn(np.minimum(v, part.speed_max_rad_s))
     return [
         _curves(model, branch, axis, v, part.magnitude(v) + place, doubt_nm, load_nm)
@@ -119,6 +121,7 @@ def _curves(
     end = part.speed_max_rad_s
     F_hat = part.magnitude(v) if F_hat is None else F_hat
     doubt_nm = guarantee(axis, model).doubt_nm if doubt_nm is None else doubt_nm
+    # beyond what was taught only the damping of the rig file is believed
     past = np.maximum(v - end, 0.0)
     sure = 0.0 if model.load is None else model.load.sure_share
     F_lo = np.maximum(F_hat + sure * load_nm - doubt_nm, 0.0) + axis.viscous_nms_rad * past
@@ -127,6 +130,7 @@ def _curves(
     cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm
     least = float(model.friction_min_nm.min()) - model.place_trough_nm
     ungated = limits.ungated_cap(table.gain, least)
+    # a gate is opened by a hand, so that a gated help may be more than the least friction
     gated = limits.is_force_gated(Policy[table.policy.upper()])
     viscous = part.viscous_nms_rad * within
     ff, capped = (
@@ -270,6 +274,7 @@ def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
     from place to place."""
     if not _by_place(model, axis):
         return 0.0
+    # added, as both may be steepest at one place: what acts there is their sum
     spring = 0.0 if model.conservative is None else model.conservative.steepest_nm_rad
     return axis.friction.gain * (spring + model.place_steepest_nm_rad)
 

@@ -52,4 +52,13 @@ def read_document(folder: Path) -> dict[str, Any]:
     # only names of ours are turned back into those of a rotary axis
     known = {one.name for kind in (Settings, Point, Bias) for one in fields(kind)}
     told = rotary_named(document, str(document.get("motion", "rotary")), known)
-    return dict(told) if isinstance(told, dict) else document
+    header: dict[str, Any] = told if isinstance(told, dict) else document
+    settings, ours = header["settings"], {one.name for one in fields(Settings)}
+    # of a later version: nobody here knows what such a setting changed
+    if not isinstance(settings, dict) or not settings.keys() <= ours:
+        raise DataError(
+            f"{path}: was begun with settings that this version does not know "
+            f"({', '.join(sorted(set(settings) - ours))}): resume it with the rtctl that began it, or begin "
+            "a new --out"
+        )
+    return header

@@ -281,8 +281,8 @@ class Motion:
             patience_s -= max(ran, 1) * self.rig.period_s
             if patience_s < 0 and (goal - self.position_rad) * direction > 0:
                 raise DataError(
-                    f"the joint does not follow: at {self.position_rad:.3f} rad it should have passed "
-                    f"{goal:.3f}, with up to {self.rig.servo_max_nm:g} N m (90 % of torque_limit_nm); "
+                    f"the joint does not follow: at {self.position_rad:.4g} rad it should have passed "
+                    f"{goal:.4g}, with up to {self.rig.servo_max_nm:g} N m (90 % of torque_limit_nm); "
                     "free the joint, or correct the torque constant, the sign or the limit in the rig file"
                 )
 

@@ -25,6 +25,7 @@ from rtctl.identify.sweep import look_for_cogging, sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.ticks import mean_c
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
+from rtctl.rounded import down
 
 ARM_PATIENCE_S = 30.0
 HOPELESS = 8
@@ -114,6 +115,7 @@ def identify(
     ------
     DataError, FaultError, HandOnRigError
         As the motions; what was complete is in the store."""
+    # of this session: what was given up is tried again by the next one
     motion, tried = Motion(rig, settings, notice), set[str]()
 
     def is_over(task: Task) -> bool:
@@ -128,6 +130,7 @@ def identify(
     store.begin(bias)
     progress(0.0, 1.0, "arming")
     yield from arm(motion)
+    # only now: before it is armed the joint may be moved by hand
     motion.choose_travel()
     _require_room(motion)
     total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
@@ -140,6 +143,7 @@ def identify(
     while todo:
         task = todo.pop(0)
         progress(done_s, total_s, task.name)
+        # measured or given up: `remaining` is not to ask for it again
         tried.add(task.name)
         # the longest known: dry friction settles over some of it
         motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
@@ -153,6 +157,7 @@ def identify(
             notice(f"left out: {why}")
             todo = _quick_ones_first(todo, store, len(tried), settings.speed_max_rad_s)
         done_s += expected_s(motion, task)
+        # what was measured may ask for slower speeds: a peak goes on below the lowest
         if not todo:
             todo = remaining(settings, is_over, store.known())
             total_s = done_s + sum(expected_s(motion, task) for task in todo)
@@ -266,13 +271,13 @@ def _require_room(motion: Motion) -> None:
     speed = settings.speed_max_rad_s
     if not (motion.room_rad(1) > 0 and motion.room_rad(-1) > 0):
         raise DataError(
-            f"the joint stands at {motion.position_rad:.3f} rad, outside its travel less the margin "
-            f"({motion.low_rad:.3f} to {motion.high_rad:.3f}); move it towards the middle"
+            f"the joint stands at {motion.position_rad:.4g} rad, outside its travel less the margin "
+            f"({motion.low_rad:.4g} to {motion.high_rad:.4g}); move it towards the middle"
         )
     if run_up_rad(motion, speed) + 0.04 * speed > travel:
         raise DataError(
-            f"a travel of {travel:.3f} rad is too short for {speed:g} rad/s; "
-            f"give --speed-max {0.98 * fastest_rad_s(motion):.2f} or less"
+            f"a travel of {travel:.4g} rad is too short for {speed:g} rad/s; "
+            f"give --speed-max {down(0.98 * fastest_rad_s(motion))} or less"
         )
 
 

@@ -154,6 +154,7 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
     ------
     ConfigError
         No such axis."""
+    # None is an option that was not given; 0 was, and stays
     options = {name: value for name, value in given.items() if value is not None}
     axis = _axis(loaded, options.get("axis", 0))
     most = VELOCITY_SHARE * axis.velocity_limit_rad_s
@@ -165,6 +166,7 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
         scaled |= {"margin_rad": (MARGIN / TOP_RAD_S) * top}
     else:
         top = min(TOP_RAD_S, most)
+    # before what was given, which goes over it below
     scaled |= {"speed_max_rad_s": top, "speed_min_rad_s": top / SPEED_RANGE}
     return Settings(**{**scaled, **options})
 
@@ -208,6 +210,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
                 axis.motion,
             )
         )
+    # two margins are kept free, and as much is left to move in at least
     if axis.position_max_rad - axis.position_min_rad <= 4 * settings.margin_rad:
         raise ConfigError(
             words(

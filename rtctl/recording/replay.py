@@ -189,7 +189,7 @@ class Replay:
         assert piece.batch.state is not None
         # as bytes: a NaN is the same NaN
         reached = np.array(self._law.state).tobytes() == piece.batch.state.tobytes()
-        self._states_hold = self._states_hold and reached
+        self._states_hold = self._states_hold and reached  # once not, never again
         return self._states_hold
 
     def _replayed_by_another(self, state: np.ndarray, piece: _Piece) -> _Found:
@@ -296,5 +296,5 @@ def _difference(recorded: np.void, replayed: np.void, name: str) -> Difference:
     then, now = np.atleast_1d(recorded[name]), np.atleast_1d(replayed[name])
     # as bits: a NaN differs from every number, itself too
     axis = int(np.argmax(then.view(np.uint64) != now.view(np.uint64)))
-    shown = axis if recorded[name].ndim else -1
+    shown = axis if recorded[name].ndim else -1  # -1: no axis to be named
     return Difference(int(recorded["tick"]), name, shown, then[axis].item(), now[axis].item())

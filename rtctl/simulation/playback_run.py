@@ -134,6 +134,7 @@ def fault_names(bits: int) -> str:
 
 def require_playback(loaded: LoadedConfig) -> None:
     """Refuse a rig that is no recording (ConfigError)."""
+    # the backend of a recording alone is run below: any other device would be missing, unsaid
     if [device.kind for device in loaded.config.device] != ["playback"]:
         raise ConfigError(
             f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "

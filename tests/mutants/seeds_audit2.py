@@ -25,7 +25,7 @@ SEEDS = (
     Seed(
         "the largest coupling that check tells is refused",
         "rtctl/check/verdicts_of_loop.py",
-        'f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} N m/rad',
+        'f"k_c up to {down(axis.sampled_data_k_max_nm_rad, 4)} N m/rad',
         'f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad',
         ("tests/unit/cli/test_check.py::test_the_largest_coupling_that_is_told_passes",),
     ),

@@ -30,7 +30,7 @@ from rtctl.control.velocity import lowpass_alpha
 
 _ALIASES = 6
 """On each side; what is farther is bounded, by a disc that falls with 1/n. The shipped display would not need
-so many: two a side prove it in 3638 cells in place of 3626."""
+so many: two a side prove it in as many cells."""
 
 _APART = 0.95
 """A sensor whose cut-off is nearer to the current loop's is taken for one of this share of it: equal ones

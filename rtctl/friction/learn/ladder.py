@@ -97,9 +97,9 @@ def _climbed(points: FrictionPoints, options: Options, progress: search.Progress
     # by the stronger direction: both are judged by one number, and it is what a hand could tell at all
     equal_nm = max(tolerance_nm(data, share) for data in sides)
     unit = grids.unit_of(points.motion, float(np.abs(points.velocity_rad_s).max()))
-    look = search.full if options.strategy == "full" else search.halving
+    look = search.score_all if options.strategy == "full" else search.halving
     with pool.workers(options.backend, options.n_jobs) as crew:
-        scores = look(crew, _tasks(options.families, sides, unit), sides, progress, max_terms=most)
+        scores = look(crew, _tasks(options.families, sides, unit), sides, progress=progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
         # usable before chosen: a rung that no loop could run must not win and then fail
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)

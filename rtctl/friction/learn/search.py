@@ -237,24 +237,12 @@ def score_all(
     return scores
 
 
-def full(
-    pool: Parallel,
-    tasks: Sequence[tuple[Candidate, int]],
-    sides: Sequence[Side],
-    progress: Progress | None = None,
-    *,
-    max_terms: int | None = None,
-) -> list[Score]:
-    """Score every candidate to convergence."""
-    return score_all(pool, tasks, sides, progress=progress, max_terms=max_terms)
-
-
 def halving(
     pool: Parallel,
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
-    progress: Progress | None = None,
     *,
+    progress: Progress | None = None,
     max_terms: int | None = None,
 ) -> list[Score]:
     """Successive halving, family by family and side by side: few folds, points and iterations for all, more

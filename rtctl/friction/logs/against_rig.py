@@ -12,6 +12,7 @@ import numpy as np
 
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.row_noise import step_of
+from rtctl.rounded import down
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -71,7 +72,7 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
     elif viscous.high < axis.viscous_nms_rad:
         notes.append(
             f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows "
-            f"(at most {viscous.high:.3g}); the stability proof rests on it: lower it"
+            f"(at most {down(viscous.high)}); the stability proof rests on it: lower it"
         )
     coulomb = found["coulomb_nm"]
     if coulomb.high < axis.dry_friction_nm:

@@ -71,6 +71,7 @@ def copies_in(rows: np.ndarray, place: np.ndarray, part: np.ndarray, length: int
     none = Copies(np.zeros(n, bool), np.arange(n))
     if n < 2 * length:
         return none
+    # a number for each run in place of comparing all with all: 10^5 rows have 10^10 pairs
     key = _windows(rows, length)
     begins = np.arange(len(key))
     changed = np.append(0, np.cumsum(np.append(True, (np.diff(rows, axis=0) != 0).any(axis=1))))
@@ -95,11 +96,13 @@ def copies_in(rows: np.ndarray, place: np.ndarray, part: np.ndarray, length: int
 
 def _windows(rows: np.ndarray, length: int) -> np.ndarray:
     """A number for each run of `length` rows, (n - length + 1,): equal runs have the same."""
+    # + 0.0: -0 becomes 0, which is equal and has other bits
     bits = np.ascontiguousarray(rows + 0.0).view(np.uint64)
     hashed = np.zeros(len(rows), np.uint64)
     for column in bits.T:
         hashed = (hashed ^ column) * np.uint64(_BASE)
         hashed ^= hashed >> np.uint64(29)
+    # the base is odd, so that it has an inverse: every window is brought back to the same power
     factor = np.full(len(rows), _BASE, np.uint64)
     back = np.full(len(rows), pow(_BASE, -1, 1 << 64), np.uint64)
     factor[0] = back[0] = 1

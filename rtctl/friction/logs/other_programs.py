@@ -120,11 +120,13 @@ def read_mapped(
     for file in files:
         with of_file(file):
             parts.append(_signals(file, columns, text, units_of(motion, lead_m)))
+    # each file a session: whole ones are held out, so that none vouches for itself
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
     sha256 = files_sha256(files)
     parts, notes = _own(files, parts, average)
+    # several sessions saved one below the other look like one long one otherwise
     if len(files) == 1 and columns.log is None and average != "file":
         _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
@@ -150,9 +152,11 @@ def _own(files: Sequence[Path], parts: list[Signals], average: Average) -> tuple
     """The signals without rows that are others again, and what is to be said."""
     beside = [[part.columns[n] for n in part.columns if n not in ("log", "time_s")] for part in parts]
     tables = [np.column_stack([p.velocity, p.torque, *more]) for p, more in zip(parts, beside, strict=True)]
+    # points have no order in time: a copy is told by whole rows, wherever they stand
     if average == "none":
         require_own_rows(tables, files)
         return parts, []
+    # runs at one speed go nowhere: there is no place to be shifted by
     still = [np.zeros(len(one)) for one in tables]
     fresh, told = fresh_rows(tables, still, list(map(str, files)), COPIED_ROWS)
     own = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]
@@ -170,6 +174,7 @@ def _columns(tables: Mapping[str, Any]) -> Columns:
         if columns.torque is not None:
             raise ConfigError("--column: give torque or current, not both")
         columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
+    # 1 N m/A by default would be believed: no column of friction is in amperes
     if columns.current is not None and "scale" not in columns.current.model_fields_set:
         raise ConfigError(
             f"--column: a current ({columns.current.column}) needs its scale, what an ampere is at the joint "
@@ -233,6 +238,7 @@ def _together(parts: Sequence[Signals]) -> Signals:
 def _moving(parts: Sequence[Signals], source: str, sha256: str) -> FrictionSamples:
     """Rows of all files at which the joint moves."""
     whole = _together(parts)
+    # at rest friction is any torque up to break-away: no level of speed
     whole = whole.at(whole.velocity != 0)
     still = np.zeros(len(whole.velocity))
     return FrictionSamples(still, whole.velocity, whole.torque, source, sha256, whole.columns)

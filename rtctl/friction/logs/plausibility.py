@@ -66,7 +66,7 @@ class Limits:
     @classmethod
     def of_axis(cls, axis: AxisTable, path: Path | str) -> Limits:
         """The limits of an axis of the rig file `path`."""
-        lever_m = float(np.linalg.norm(axis.lever_m))
+        lever_m = float(np.linalg.norm(axis.lever_m))  # no direction of a force turns the joint by more
         slack = TRAVEL_SLACK_M if axis.motion == "linear" else TRAVEL_SLACK_RAD
         return cls(
             speed_rad_s=BEYOND * axis.velocity_limit_rad_s,
@@ -174,7 +174,7 @@ def _doubtful_velocity(log: AxisLog) -> list[str]:
     velocity = log.velocity_rad_s
     if velocity is None:
         return []
-    stride = max(1, round(0.05 * log.rate_hz))
+    stride = max(1, round(0.05 * log.rate_hz))  # 50 ms: of row to row it is the encoder
     at = np.arange(len(velocity))
     before, after = np.maximum(at - stride, 0), np.minimum(at + stride, len(at) - 1)
     by_position = (log.position_rad[after] - log.position_rad[before]) * log.rate_hz / (after - before)

@@ -163,13 +163,13 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float)
     else."""
     v, x = read.velocity[inside], velocity[inside]
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
-    cut = np.clip(x, -largest, largest)
+    cut = np.clip(x, -largest, largest)  # what a velocity that was clipped would have shown
     if (cut - v).std() < CUT_REST * (x - v).std() and (x - cut).std() > CUT_LEAST * v.std():
         return (
             f"clipped at about {largest:.3g} rad/s: the position goes by up to {float(np.abs(x).max()):.3g} "
             "rad/s"
         )
-    matrix = np.column_stack([v, v**3 / largest**2, np.ones_like(v)])
+    matrix = np.column_stack([v, v**3 / largest**2, np.ones_like(v)])  # odd powers: both ways bend alike
     found = np.linalg.lstsq(matrix, x, rcond=1e-9)[0]
     more = float(found[1] / found[0]) if found[0] else 0.0
     rest = x - matrix @ found

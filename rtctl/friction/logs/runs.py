@@ -40,6 +40,7 @@ class Signals:
 def require_no_limit(files: Sequence[Path], parts: Sequence[Signals]) -> None:
     """Refuse runs in which the torque stands at the largest of all runs, while in most it does not stand."""
     sizes = [np.abs(part.torque) for part in parts]
+    # of all runs: one alone cannot tell its limit from its largest torque
     top = max(float(size.max()) for size in sizes)
     # of a torque that is commanded and constant, or coarse, each run stands at its own largest value
     stands = [float(np.mean(size == size.max())) for size in sizes]
@@ -59,6 +60,7 @@ def one_point(file: Path, part: Signals, notes: list[str]) -> tuple[tuple[float,
     """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows
     far off are left out and told."""
     velocity, torque = part.velocity, part.torque
+    # medians: the rows that are far off would widen a standard deviation to hold them
     off = np.abs(torque - np.median(torque))
     far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))
     if far.any():
@@ -69,6 +71,7 @@ def one_point(file: Path, part: Signals, notes: list[str]) -> tuple[tuple[float,
         )
     velocity, torque = velocity[~far], torque[~far]
     mean, friction = float(velocity.mean()), float(torque.mean())
+    # means of quarters: a velocity row by row is the encoder's steps
     quarters = [float(part.mean()) for part in np.array_split(velocity, min(QUARTERS, len(velocity)))]
     if not np.ptp(quarters) <= UNSTEADY * abs(mean):
         raise DataError(
@@ -77,6 +80,7 @@ def one_point(file: Path, part: Signals, notes: list[str]) -> tuple[tuple[float,
         )
     if not mean:
         raise DataError(f"{file}: nothing moves: a run at rest is no point of friction; leave it out")
+    # a point of help would be added to the motion by the loop
     if mean * friction <= 0:
         raise DataError(
             f"{file}: the torque, {friction:.4g} N m, has not the sign of the motion ({mean:.4g} rad/s): "

@@ -201,6 +201,7 @@ def require_two(motor: np.ndarray, external: np.ndarray, where: str) -> None:
     ------
     DataError
         The same column twice, or two that cancel."""
+    # without their means: two sensors of one torque have two zeros
     one, other = motor - motor.mean(), external - external.mean()
     sizes = float(one.std()), float(other.std())
     if not min(sizes) > 0:
@@ -221,6 +222,7 @@ def require_two(motor: np.ndarray, external: np.ndarray, where: str) -> None:
 def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     """Rows of exactly 0 between rows that are not, by far, and of one sign: no sample was there."""
     usual = float(np.quantile(np.abs(signal), 0.95))
+    # exactly 0: a sensor has noise, and only a program writes this
     given = np.flatnonzero(signal != 0)
     if len(given) < 2 or len(np.unique(signal)) < LEVELS_MIN:
         return []
@@ -268,6 +270,7 @@ def _coarse(signal: np.ndarray, where: str, unit: str) -> list[str]:
     levels = np.unique(signal)
     if len(levels) >= LEVELS_MIN or _is_switched(signal, levels):
         return []
+    # the median: a level that was never reached makes one step of two
     step = float(np.median(np.diff(levels)))
     share = step / np.sqrt(12) / max(float(signal.std()), 1e-12)
     if share <= COARSE_SHARE:

@@ -20,6 +20,7 @@ from rtctl.friction.guarantee import ASSUMED, LENGTH_FACTOR, guarantee
 from rtctl.friction.policies import STANDINGS
 from rtctl.rig_file.config import load
 from rtctl.rig_file.friction_tables import FrictionTable
+from rtctl.rounded import up
 from rtctl.simulation.family import FAMILY, with_plant
 from rtctl.tick import new_ticks
 
@@ -108,7 +109,7 @@ def test_the_shipped_mock_passes_every_row_and_says_what_a_hand_can_be_given(rig
     length = model.presliding_rad + 2 * model.presliding_spread_rad
     assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * length, rel=1e-9)
     assert sure.given_most_j == pytest.approx(2.5 * sure.peak_nm * sure.credited_rad)
-    assert f"{sure.given_most_j * 1e3:.3g} mJ" == rows[ACCOUNT].figure
+    assert f"{up(sure.given_most_j * 1e3)} mJ" == rows[ACCOUNT].figure
 
 
 def test_a_length_that_nobody_measured_is_not_proved_and_one_that_is_given_is(rig):

@@ -137,6 +137,14 @@ def test_least_slope_and_secant_are_those_of_a_fine_grid():
     assert table.least_secant(2.0, 0.3) == 0.0
 
 
+def test_what_lies_beyond_the_speed_that_is_asked_about_tells_nothing_of_it():
+    # from .5 on it falls steeply, to less than nothing
+    table = PiecewiseCubic(np.array([0.0, 0.5]), np.array([[0.2, 0.3, 0.0, 0.0], [0.35, -9.0, 0.0, 0.0]]))
+    assert table.least_slope(0.4) == pytest.approx(0.3)
+    assert table.least_secant(0.4, 0.1) == pytest.approx(0.22 / 0.4)
+    assert table.extreme_speeds(0.4).max() == 0.4
+
+
 def test_nan_stays_nan():
     for curve in CURVES.values():
         assert np.isnan(curve(np.array([np.nan]))).all()

@@ -240,6 +240,15 @@ def test_a_damaged_header_is_refused(tmp_path, loaded, content):
         Dataset.resume(tmp_path, loaded, SMALL, simulated=True)
 
 
+@pytest.mark.parametrize("settings", [{"axis": 0, "soak_s": 5.0}, []])
+def test_a_setting_of_a_later_version_is_told_and_not_passed_over(tmp_path, loaded, settings):
+    Dataset.create(tmp_path, loaded, SMALL, simulated=True)
+    header = json.loads((tmp_path / "dataset.json").read_text())
+    (tmp_path / "dataset.json").write_text(json.dumps({**header, "settings": settings}))
+    with pytest.raises(DataError, match="settings that this version does not know"):
+        Dataset.resume(tmp_path, loaded, SMALL, simulated=True)
+
+
 def test_nothing_to_resume_is_said(tmp_path, loaded):
     with pytest.raises(DataError, match="nothing to resume"):
         Dataset.resume(tmp_path / "none", loaded, SMALL, simulated=True)

@@ -12,7 +12,9 @@ from rtctl.control.vocabulary import ProgramFlag, State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
 from rtctl.identify.motion import Motion
 from rtctl.identify.places import gap_to
-from rtctl.identify.settings import rig_of, without_feedforward
+from rtctl.identify.session import _require_room
+from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
+from rtctl.identify.windows import fastest_rad_s
 from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 
@@ -233,3 +235,14 @@ def test_the_servo_is_softer_on_a_coarse_encoder():
     for now in (rig, coarse):
         assert now.damping_nms_rad * now.count_rad / now.filter_s <= 0.0101 * now.torque_limit_nm
     assert coarse.damping_nms_rad < 0.2 * rig.damping_nms_rad
+
+
+def test_a_short_carriage_is_told_a_speed_that_fits_too():
+    rig = Rig("stage", 0, 1e-3, 1e-8, 1.0, 10.0, 1.0, -0.001, 0.001, 0.2, radian=0.01, motion="linear")
+    settings = Settings(speed_max_rad_s=0.02, speed_min_rad_s=1e-4, margin_rad=1e-5)
+    motion = Motion(rig, settings)
+    motion.last = {"position_rad": [0.0]}
+    with pytest.raises(DataError, match="too short") as error:
+        _require_room(motion)
+    fits = float(str(error.value).split("--speed-max ")[1].split()[0])
+    assert 0.9 * fastest_rad_s(motion) < fits < fastest_rad_s(motion)
