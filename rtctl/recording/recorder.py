@@ -60,6 +60,8 @@ class Recorder:
         self._commands_lost = 0
         self._cpu_s = 0.0
         self._held: tuple[list[dict[str, Any]], np.ndarray] = [], np.zeros(0, command_dtype(setup.n_axes))
+        self._last: tuple[int, np.ndarray] | None = None
+        """Number and row of the newest tick that was dropped."""
         self._broken: str | None = None
         self._retry_at = 0.0
         self._reason = ""
@@ -92,6 +94,8 @@ class Recorder:
                     (self._held[0] + events)[-1000:],
                     np.concatenate((self._held[1], commands))[-1000:],
                 )
+                # copied: a view would keep the whole batch
+                self._last = first_row + len(rows) - 1, rows[-1:].copy()
                 return
             held_events, held_commands = self._held
             if held_events or len(held_commands):
@@ -162,6 +166,11 @@ class Recorder:
                 # only now: what is being written still takes memory
                 self._queued -= len(batch[1])
                 self._change.notify_all()
+        events, commands = self._held
+        # nothing came behind the ticks that were dropped: how a run ended is told with the last of them
+        if self._last is not None and (events or len(commands)):
+            self._dropped -= 1
+            self._write((*self._last, events, commands, None))
         end = {
             "reason": self._reason,
             "dropped": str(self._dropped + self._failed),

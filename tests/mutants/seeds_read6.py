@@ -44,4 +44,21 @@ SEEDS = (
             "test_what_lies_beyond_the_speed_that_is_asked_about_tells_nothing_of_it",
         ),
     ),
+    Seed(
+        "how a run ended is lost with the ticks that a slow disk has dropped",
+        "rtctl/recording/recorder.py",
+        "if self._last is not None and (events or len(commands)):",
+        "if False:",
+        ("tests/unit/recording/test_recorder.py::test_a_slow_disk_drops_ticks_but_never_holds_up_the_giver",),
+    ),
+    Seed(
+        "a setting that nobody here knows is passed over by a resume",
+        "rtctl/identify/dataset_files.py",
+        "if not isinstance(settings, dict) or not settings.keys() <= ours:",
+        "if False:",
+        (
+            "tests/unit/identify/test_dataset.py::"
+            "test_a_setting_of_a_later_version_is_told_and_not_passed_over",
+        ),
+    ),
 )
