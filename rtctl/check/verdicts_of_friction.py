@@ -38,10 +38,8 @@ def energy_account(s: Subject) -> list[Verdict]:
         text += "; a joint that hardly bends turns all of its friction at once: more of it is left there"
     swing_j = s.axis.friction.conservative_swing_j if s.axis.friction else 0.0
     if swing_j > 0:
-        text += (
-            f"; {swing_j * 1e3:.3g} mJ more that the conservative part gives from one place to another, and "
-            "takes back"
-        )
+        more = f"{up(swing_j * 1e3)} mJ more"
+        text += f"; {more} that the conservative part gives from one place to another, and takes back"
     return [
         s.row(
             "energy account of the compensation",

@@ -78,7 +78,7 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
     if coulomb.high < axis.dry_friction_nm:
         notes.append(
             f"{path}: dry_friction_nm = {axis.dry_friction_nm:g} promises more dry friction than the log "
-            f"shows (at most {coulomb.high:.3g} N m): lower it, or a dead band or a scale of the torque "
+            f"shows (at most {down(coulomb.high)} N m): lower it, or a dead band or a scale of the torque "
             "makes that of the log too small"
         )
     return tuple(notes)

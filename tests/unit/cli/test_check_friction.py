@@ -100,14 +100,13 @@ def _policy(name):
 def test_the_shipped_mock_passes_every_row_and_says_what_a_hand_can_be_given(rig):
     loaded = rig()
     rows = _rows(loaded)
-    assert [rows[name].outcome for name in (ACCOUNT, REST, INTENT, LOOP, COUNT, BIAS, TWO_LINES)] == [
-        Outcome.PASS
-    ] * 7
+    seven = (ACCOUNT, REST, INTENT, LOOP, COUNT, BIAS, TWO_LINES)
+    assert {rows[name].outcome for name in seven} == {Outcome.PASS}
     sure = examine(loaded).axes[0].guarantee
     model = artefact.load(CONFIGS / "friction" / "mock.json")
     assert model.presliding_rad == pytest.approx(1.03 * 0.35 / 250, rel=0.02)
-    length = model.presliding_rad + 2 * model.presliding_spread_rad
-    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * length, rel=1e-9)
+    longest_rad = model.presliding_rad + 2 * model.presliding_spread_rad
+    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * longest_rad, rel=1e-9)
     assert sure.given_most_j == pytest.approx(2.5 * sure.peak_nm * sure.credited_rad)
     assert f"{up(sure.given_most_j * 1e3)} mJ" == rows[ACCOUNT].figure
 
