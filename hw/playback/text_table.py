@@ -183,8 +183,14 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
         f"{path}: no column {missing!r}; the header has: "
         f"{', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
+        + _no_unit(missing, found)
         + in_rows(missing, next((own for row in rows for own, cell in row if cell == missing), None)),
     )
+
+
+def _no_unit(missing: str, found: list[str]) -> str:
+    name, _, unit = missing.rpartition(":")  # of `angle:foo` on a command line
+    return f"; {name} is there, and {unit!r} is no unit" if name in found else ""
 
 
 def _named_cells(line: str, delimiter: str | None, named: list[str]) -> list[str]:

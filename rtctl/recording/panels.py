@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,18 +95,20 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
     panels = [
         (names, units) for names in chosen_panels(fields) for units in _units(names[0], runs)
     ]  # one for each unit: rad and m have no scale in common
+    # in the legends, too: names of files would hide what is drawn
+    letters = [f"{letter}: " if len(runs) > 1 else "" for letter in ascii_uppercase[: len(runs)]]
     figure = pictures.blank(11, 1.9 * len(panels) + 1)
     places = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
     for place, (names, its_unit) in zip(places, panels, strict=True):
-        for k, run in enumerate(runs):
-            _draw(place, run, names, its_unit, "-" if k == 0 else "--", named=len(runs) > 1)
+        for k, (run, letter) in enumerate(zip(runs, letters, strict=True)):
+            _draw(place, run, names, its_unit, "-" if k == 0 else "--", letter)
         place.set_ylabel(its_unit)
         place.grid(alpha=0.3)
         # a fixed corner: the best one is looked for among all points, which takes seconds
-        place.legend(loc="upper right", fontsize=7)
+        place.legend(loc="upper right", fontsize=7, ncols=len(runs))
         if names == ("state",):
             place.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=6)
-    places[0].set_title(" and ".join(run.label for run in runs))
+    places[0].set_title(", ".join(letter + run.label for run, letter in zip(runs, letters, strict=True)))
     places[-1].set_xlabel("time, s")
     pictures.save(figure, path)
 
@@ -122,7 +125,7 @@ def _unit(name: str, motion: str) -> str:
     return "us" if name in DURATIONS else unit(FIELD[name].unit, motion)
 
 
-def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: str, *, named: bool) -> None:
+def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: str, letter: str) -> None:
     # each so many-th, not a mean: a spike may be missed, but none is made smaller
     step = max(1, len(run.rows) // MOST_POINTS)
     time_s = run.time_s[::step]
@@ -137,7 +140,7 @@ def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: s
             label = own_name(name.removesuffix("_ns"), motion)
             if values.shape[1] > 1:
                 label += f" {run.axes[i]}" if of_axes else f" {'xyz'[i]}"
-            place.plot(time_s, values[:, i], style, lw=1, label=f"{run.label}: {label}" if named else label)
+            place.plot(time_s, values[:, i], style, lw=1, label=letter + label)
 
 
 def figures(run: Run) -> dict[str, Any]:

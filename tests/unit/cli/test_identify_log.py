@@ -170,6 +170,11 @@ def test_a_map_in_a_file_does_as_well_and_the_table_shows_intervals(monkeypatch,
         (("--column", "position=angle:deg"), 3, "a torque"),
         (("--column", "position=angle:deg", "--column", "twist=milli"), 3, "unknown role"),
         (("--column", "position=angle:deg", "--column", "torque=gone"), 10, "no column 'gone'"),
+        (
+            ("--column", "position=angle:foo", "--column", "torque=milli"),
+            10,
+            "angle is there, and 'foo' is no unit",
+        ),
     ],
 )
 def test_a_wrong_map_is_refused_and_leaves_nothing(
