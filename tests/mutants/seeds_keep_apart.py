@@ -18,7 +18,7 @@ SEEDS = (
     ),
     Seed(
         "a door that libzmq cannot open again ends the daemon", "rtctl/wire/sockets.py",
-        "except (OSError, zmq.ZMQError):", "except OSError:",
+        "suppress(OSError, zmq.ZMQError):", "suppress(OSError):",
         ("tests/unit/host/test_intruders.py"
          "::test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can",),
     ),
