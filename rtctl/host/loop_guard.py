@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
+from contextlib import nullcontext
 
 from rtctl.errors import LoopDiedError
 from rtctl.host.loop_process import LoopProcess
@@ -53,7 +54,8 @@ class LoopGuard:
         dying = self._watch.is_silent and loop.dying
         if (dying or verdict) and self._told_at != head and self._stop is not None:
             self._told_at = head  # once a silence
-            self._stop.tell()
+            with loop.out_of_the_way() if dying else nullcontext():
+                self._stop.tell()
         if verdict is Verdict.STALLED:
             loop.kill()
             # SIGKILL is carried out at once, unless a driver of the kernel holds the process

@@ -116,4 +116,18 @@ SEEDS = (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again",
         ),
     ),
+    Seed(
+        "a loop that dies keeps the kernel's workers from carrying its stop",
+        "rtctl/host/loop_guard.py",
+        "loop.out_of_the_way() if dying else nullcontext()",
+        "nullcontext()",
+        ("tests/unit/host/test_loop_process.py",),
+    ),
+    Seed(
+        "a loop that dies has no priority to the end",
+        "rtctl/host/loop_process.py",
+        "                os.sched_setscheduler(self.pid, *before)\n",
+        "                pass\n",
+        ("tests/unit/host/test_loop_process.py",),
+    ),
 )

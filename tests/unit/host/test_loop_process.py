@@ -1,10 +1,14 @@
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess, is_dying
 
 LEAVE = """
@@ -59,6 +63,46 @@ def test_a_process_counts_as_dying_from_its_end_on_before_anybody_has_waited_for
         assert is_dying(process.pid)
         process.wait()
         assert is_dying(process.pid)
+
+
+def test_a_loop_that_dies_has_no_priority_while_its_devices_are_told_and_then_its_own_again(monkeypatch):
+    now = {7: (os.SCHED_FIFO, os.sched_param(80))}
+    monkeypatch.setattr(os, "sched_getscheduler", lambda pid: now[pid][0])
+    monkeypatch.setattr(os, "sched_getparam", lambda pid: now[pid][1])
+    monkeypatch.setattr(os, "sched_setscheduler", lambda pid, *policy: now.update({pid: policy}))
+    process = LoopProcess.__new__(LoopProcess)
+    process._process = subprocess.CompletedProcess([], 0)
+    process._process.pid = 7
+    with process.out_of_the_way():
+        assert now[7][0] == os.SCHED_OTHER
+    assert now[7] == (os.SCHED_FIFO, os.sched_param(80))
+
+
+def test_a_loop_that_is_gone_has_no_priority_to_lose():
+    process = LoopProcess.__new__(LoopProcess)
+    process._process = subprocess.CompletedProcess([], 0)
+    process._process.pid = 2**22 + 1  # beyond what there may be
+    with process.out_of_the_way():
+        pass
+
+
+def test_a_dying_loop_is_out_of_the_way_while_its_devices_are_told():
+    said = []
+
+    @contextlib.contextmanager
+    def aside():
+        said.append("aside")
+        yield
+        said.append("back")
+
+    guard = LoopGuard.__new__(LoopGuard)
+    guard._memory = SimpleNamespace(header=np.zeros(1, [("head", "<i8")]))
+    guard._loop = SimpleNamespace(opening=False, ended=None, dying=True, out_of_the_way=aside)
+    guard._watch = SimpleNamespace(look=lambda *_, **__: None, is_silent=True)
+    guard._stop = SimpleNamespace(tell=lambda: said.append("told"))
+    guard._virtual, guard._told_at = False, -1
+    guard.look()
+    assert said == ["aside", "told", "back"]
 
 
 def test_asking_interns_nothing(monkeypatch):
