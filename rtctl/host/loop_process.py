@@ -177,12 +177,15 @@ class LoopProcess:
         with contextlib.suppress(OSError):  # it is gone, or another user's
             before = os.sched_getscheduler(self.pid), os.sched_getparam(self.pid)
             os.sched_setscheduler(self.pid, os.SCHED_OTHER, os.sched_param(0))
-        yield
-        time.sleep(ASIDE_S)
-        # what it holds is opened afresh once it has ended: without, that is five times as late beside a load
-        with contextlib.suppress(OSError):
-            if before is not None:
-                os.sched_setscheduler(self.pid, *before)
+        try:
+            yield
+            time.sleep(ASIDE_S)
+        finally:
+            # what it holds is opened afresh once it has ended: without, that is five times as late beside a
+            # load
+            with contextlib.suppress(OSError):
+                if before is not None:
+                    os.sched_setscheduler(self.pid, *before)
 
     @property
     def core(self) -> int:
