@@ -193,14 +193,14 @@ SEEDS = (
     ),
     Seed(
         "an inertia that the log surely contradicts stands in the rig file",
-        "rtctl/friction/logs/plausibility.py",
+        "rtctl/friction/logs/against_rig.py",
         "far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
         "far > 10 * INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
         PLAUSIBLE,
     ),
     Seed(
         "an inertia that the log does not contradict is told all the same",
-        "rtctl/friction/logs/plausibility.py",
+        "rtctl/friction/logs/against_rig.py",
         "far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
         "far > INERTIA_SURELY",
         PLAUSIBLE,
