@@ -270,9 +270,9 @@ def _torque(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float
     damping = c.program_damping_nms_rad[axis]
     if not 0.0 <= damping < math.inf:  # of a refused or plain BRAKE: still brakes, as HOLD does
         damping = p.hold_damping_nms_rad[axis]
-    if p.sure_viscous_nms_rad[axis] < p.viscous_nms_rad[axis]:  # elastic: more rings, and a hand may be on it
-        if not s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0:
-            s.program_speed_rad_s[axis] = 0.0  # it has been stopped, for good
-            damping = min(damping, p.hold_damping_nms_rad[axis])
+    elastic = p.sure_viscous_nms_rad[axis] < p.viscous_nms_rad[axis]
+    if elastic and not s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0:
+        s.program_speed_rad_s[axis] = 0.0  # it has been stopped, for good: more would ring, in a hand perhaps
+        damping = min(damping, p.hold_damping_nms_rad[axis])
     cap = BRAKE_SHARE * p.torque_limit_nm[axis]
     return min(max(-damping * s.program_velocity_rad_s[axis], -cap), cap)

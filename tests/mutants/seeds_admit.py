@@ -34,8 +34,8 @@ SEEDS = (
     Seed(
         "a brake that has stopped an elastic joint goes on with the servo's damping",
         "rtctl/control/program.py",
-        "            damping = min(damping, p.hold_damping_nms_rad[axis])",
-        "            damping = min(damping, math.inf)",
+        "        damping = min(damping, p.hold_damping_nms_rad[axis])",
+        "        damping = min(damping, math.inf)",
         PROGRAM,
     ),
     Seed(
@@ -44,5 +44,12 @@ SEEDS = (
         "                s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]\n",
         "                s.program_speed_rad_s[axis] = 0.0\n",
         PROGRAM,
+    ),
+    Seed(
+        "a joint without friction on the motor's side divides by nothing",
+        "rtctl/friction/guarantee.py",
+        "    if dry_share == 0.0:",
+        "    if dry_share < 0.0:",
+        ("tests/unit/friction/test_guarantee.py",),
     ),
 )
