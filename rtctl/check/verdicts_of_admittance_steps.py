@@ -147,7 +147,7 @@ def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) ->
     most, ways = bound / s.axis.count_rad, []
     # what just holds would be printed as what does not
     needed = max(1.05 * holding_friction_nm(s.table, s.joint.dry_share), LEAST_SHARE * s.axis.torque_limit_nm)
-    if not held and hunting_of(loop, True).counts_1_s <= most:
+    if not held and math.isfinite(needed) and hunting_of(loop, True).counts_1_s <= most:
         ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")
     elif held and (damping := calming_hunt(loop, most)) > 0:
         ways.append(f"admittance.rest_damping_nms_rad = {up(damping)}")

@@ -2,7 +2,7 @@
 
 | kind | torque |
 |---|---|
-| BRAKE | -d v, at most the share HOLD may use; at rest no torque at all |
+| BRAKE | -d v, at most the share HOLD may use; at rest none; d of HOLD once an elastic joint was stopped |
 | SERVO | k (x_r - x) + d (v_r - v): PI on the velocity, its integral taken exactly, as position |
 | RAMP | open loop: rises by `program_ramp_nm_s` until it slips; below `program_fast_nm` FAST_RAMP times |
 | TRACK | PD or PID with inertia and friction feed-forward after a reference; k = k_p, d = k_d |
@@ -249,6 +249,7 @@ def program_torque(
             s.program_flags[axis] |= _tripped(t, s, c, axis)
             if s.program_flags[axis] != 0:
                 s.program_kind[axis] = _BRAKE
+                s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]
         torque = _torque(s, p, c, model, axis, dt)
         s.program_ticks[axis] += 1
     t.program_kind[axis] = s.program_kind[axis]
@@ -269,5 +270,9 @@ def _torque(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float
     damping = c.program_damping_nms_rad[axis]
     if not 0.0 <= damping < math.inf:  # of a refused or plain BRAKE: still brakes, as HOLD does
         damping = p.hold_damping_nms_rad[axis]
+    elastic = p.sure_viscous_nms_rad[axis] < p.viscous_nms_rad[axis]
+    if elastic and not s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0:
+        s.program_speed_rad_s[axis] = 0.0  # it has been stopped, for good: more would ring, in a hand perhaps
+        damping = min(damping, p.hold_damping_nms_rad[axis])
     cap = BRAKE_SHARE * p.torque_limit_nm[axis]
     return min(max(-damping * s.program_velocity_rad_s[axis], -cap), cap)

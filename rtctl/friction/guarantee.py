@@ -126,7 +126,10 @@ ends (`control.flicker`)."""
 
 
 def holding_friction_nm(axis: AxisTable, dry_share: float) -> float:
-    """Dry friction, at the joint, from which on a flicker of the encoder is not answered, N m."""
+    """Dry friction, at the joint, from which on a flicker of the encoder is not answered, N m; infinite where
+    none of it is on the encoder's side."""
+    if dry_share == 0.0:
+        return math.inf
     stiffness_nm_rad = axis.coupling.stiffness_nm_rad
     if axis.may_show("admittance"):
         stiffness_nm_rad = max(stiffness_nm_rad, axis.admittance.position_gain_nm_rad)

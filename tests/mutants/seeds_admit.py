@@ -6,6 +6,8 @@ from seed import Seed
 
 SURE = ("tests/unit/control/test_sure_damping.py",)
 
+PROGRAM = ("tests/unit/control/test_program.py",)
+
 SEEDS = (
     Seed(
         "behind a virtual mass help takes its share of the link's damping, too",
@@ -28,5 +30,26 @@ SEEDS = (
         "return self.loop.viscous_nms_rad - behind + own, behind",
         "return self.loop.viscous_nms_rad + own, behind",
         ("tests/unit/control/test_admittance_proof.py",),
+    ),
+    Seed(
+        "a brake that has stopped an elastic joint goes on with the servo's damping",
+        "rtctl/control/program.py",
+        "        damping = min(damping, p.hold_damping_nms_rad[axis])",
+        "        damping = min(damping, math.inf)",
+        PROGRAM,
+    ),
+    Seed(
+        "a brake on an elastic joint is weak from the first tick",
+        "rtctl/control/program.py",
+        "                s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]\n",
+        "                s.program_speed_rad_s[axis] = 0.0\n",
+        PROGRAM,
+    ),
+    Seed(
+        "a joint without friction on the motor's side divides by nothing",
+        "rtctl/friction/guarantee.py",
+        "    if dry_share == 0.0:",
+        "    if dry_share < 0.0:",
+        ("tests/unit/friction/test_guarantee.py",),
     ),
 )

@@ -98,7 +98,8 @@ class Drive:
     bristle_nm_rad: float = 0.0
     """Break-away torque over presliding length."""
     link_viscous_nms_rad: float = 0.0
-    """Part of `viscous_nms_rad` behind the spring of an elastic joint: help takes nothing of it."""
+    """Damping behind the spring of an elastic joint, a part of `viscous_nms_rad`; help takes nothing of
+    it."""
     encoder: str = "motor"
     """`motor` or `link`."""
     joints: tuple[ElasticJoint, ...] = (RIGID,)

@@ -249,3 +249,20 @@ def test_a_missed_sample_moves_the_reference_once(rig):
     for k in range(1500):
         rig.tick(plant.advance(rig["torque_applied_nm"]), fresh=k % 7 != 0)
     assert plant.v == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize(("sure", "left"), [(0.05, FIELDS["damping_nms_rad"]), (0.02, 0.02)])
+def test_a_brake_that_has_stopped_an_elastic_joint_is_one_that_no_hand_makes_ring(law_rig, sure, left):
+    rig = law_rig(viscous_nms_rad=0.05, sure_viscous_nms_rad=sure, hold_damping_nms_rad=sure).arm()
+    ask(rig, Program.SERVO, velocity_rad_s=0.1, max_rad=0.005, alpha=1.0)
+    places = itertools.accumulate([0.1 * T] * 60 + [-0.1 * T] * 20 + [0.1 * T] * 20)
+    torques = []
+    for place in places:
+        rig.tick(place)
+        torques.append(float(rig["program_torque_nm"]))
+    assert kind(rig) is Program.BRAKE
+    assert flags(rig) is ProgramFlag.TRAVEL
+    # as hard as ever while it goes out, and once it has turned back never more so
+    assert torques[58] == pytest.approx(-FIELDS["damping_nms_rad"] * 0.1)
+    assert torques[75] == pytest.approx(left * 0.1)
+    assert torques[95] == pytest.approx(-left * 0.1)

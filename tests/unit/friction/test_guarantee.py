@@ -1,5 +1,6 @@
 """What is known for sure of dry friction: floor, length of the bristles, bank."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,15 @@ import pytest
 from hw.motion import HANDLE_M
 from rtctl.check import stability_report
 from rtctl.friction import artefact
-from rtctl.friction.guarantee import BANK_LONGEST_RAD, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
+from rtctl.friction.guarantee import (
+    BANK_LONGEST_RAD,
+    LENGTH_FACTOR,
+    LENGTH_UNKNOWN_RAD,
+    SPREADS,
+    guarantee,
+    holding_friction_nm,
+    holds_flicker,
+)
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -172,3 +181,9 @@ def test_what_opens_gate_and_intent_goes_by_the_joints_friction_unless_the_rig_f
     assert (unknown.intent_nm, unknown.gate_nm) == pytest.approx((0.05, 0.025))
     named = guarantee(with_friction(axis, intent_nm=0.07, gate_nm=0.04), learned)
     assert (named.intent_nm, named.gate_nm) == (0.07, 0.04)
+
+
+def test_friction_that_is_all_behind_the_spring_holds_no_flicker(axis):
+    sure = guarantee(axis, None)
+    assert holding_friction_nm(axis, 0.0) == math.inf
+    assert not holds_flicker(axis, sure, 0.0)
