@@ -52,4 +52,11 @@ SEEDS = (
         "    if dry_share < 0.0:",
         ("tests/unit/friction/test_guarantee.py",),
     ),
+    Seed(
+        "help takes its share of the link's dry friction",
+        "rtctl/friction/margins.py",
+        "(dry_share * c.F_lo - c.ff)",
+        "(dry_share * (c.F_lo - c.ff))",
+        SURE,
+    ),
 )
