@@ -180,7 +180,7 @@ def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
 def _friction(
     loaded: LoadedConfig, axis: AxisTable, late: Lateness, joint: Joint
 ) -> tuple[FrictionFigures | None, float, float, Guarantee]:
-    """Figures of the friction model, if any; sure damping; sure dry friction at the motor; account's facts."""
+    """Figures of the friction model, if any; sure damping; the motor's dry friction; the account's facts."""
     path = loaded.model_path(axis)
     if path is None:
         return None, axis.viscous_nms_rad, joint.dry_share * axis.dry_friction_nm, guarantee(axis, None)
