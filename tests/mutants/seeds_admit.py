@@ -6,7 +6,8 @@ from seed import Seed
 
 SURE = ("tests/unit/control/test_sure_damping.py",)
 
-PROGRAM = ("tests/unit/control/test_program.py",)
+BRAKE = "test_a_brake_that_has_stopped_an_elastic_joint_is_one_that_no_hand_makes_ring"
+PROGRAM = (f"tests/unit/control/test_program.py::{BRAKE}",)
 
 SEEDS = (
     Seed(
