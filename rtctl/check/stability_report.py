@@ -121,7 +121,7 @@ def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between,
     """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint;
     what compensation adds to the coupling: by place N m/rad, by load a share of it."""
     late, joint = lateness.of_axis(loaded, index), joint_of_axis(loaded, index)
-    found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
+    found, b, _, _ = _friction(loaded, loaded.config.axis[index], late, joint)
     spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
     return _left(b, loaded.config.axis[index], joint), late.between, spring, loop
 
@@ -167,8 +167,8 @@ def examine_axis(loaded: LoadedConfig, index: int, pulse: AxisTiming | None, *, 
 def figures_alone(loaded: LoadedConfig, index: int, pulse: AxisTiming | None = None) -> AxisFigures:
     """Figures of axis `index` without a verdict, which searches for what would pass, too: far longer."""
     late, joint = lateness.of_axis(loaded, index, pulse), joint_of_axis(loaded, index)
-    figures, b, dry, sure = _friction(loaded, loaded.config.axis[index], late)
-    return _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
+    figures, b, dry, sure = _friction(loaded, loaded.config.axis[index], late, joint)
+    return _figures(loaded, index, late, joint, figures, (b, dry, sure))
 
 
 def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
@@ -178,17 +178,17 @@ def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
 
 
 def _friction(
-    loaded: LoadedConfig, axis: AxisTable, late: Lateness
+    loaded: LoadedConfig, axis: AxisTable, late: Lateness, joint: Joint
 ) -> tuple[FrictionFigures | None, float, float, Guarantee]:
-    """Figures of the friction model, if any; guaranteed damping and dry friction; the account's facts."""
+    """Figures of the friction model, if any; sure damping; the motor's dry friction; the account's facts."""
     path = loaded.model_path(axis)
     if path is None:
-        return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
+        return None, axis.viscous_nms_rad, joint.dry_share * axis.dry_friction_nm, guarantee(axis, None)
     model = artefact.load(path)
     artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
-    count = 2 * math.pi / axis.counts_of_turn
-    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)
-    plain = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
+    T, count = loaded.config.period_s, 2 * math.pi / axis.counts_of_turn
+    axis, factor = largest_feedforward(axis, model, T)
+    plain = friction_figures(model, path, axis, T, count, late.between, joint.dry_share)
     found, beyond = replace(plain, factor_max=factor), plain.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
     sure = guarantee(axis, model if loaded.model_in_use(axis) else None)  # what the law counts on

@@ -40,7 +40,7 @@ class FrictionFigures:
     two_line_margin_nm: float
     two_line_capped_margin_nm: float
     dry_left_nm: float
-    """Least friction less most feed-forward at the same speed, N m, not below 0."""
+    """Least friction on the motor's side less most feed-forward at the same speed, N m, not below 0."""
     helped_share: float
     """Most feed-forward over the least friction at the same speed, as if it were never more than that."""
     drag_nms_rad: float
@@ -165,11 +165,13 @@ def friction_figures(
     T: float,
     count: float,
     between: stability.Between | None = None,
+    dry_share: float = 1.0,
 ) -> FrictionFigures:
     """Figures of one axis, the worse of its two directions.
 
     `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
-    `between` is what lies between law and joint; without it the delay of the rig file."""
+    `between` is what lies between law and joint; without it the delay of the rig file.
+    `dry_share` is the motor's of the dry friction, which all the help is taken off."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
     model = rolled_off(model, axis, T, between)
@@ -206,7 +208,7 @@ def friction_figures(
         feedforward_max_nm=max(float(c.ff.max()) for c in trained),
         two_line_margin_nm=min(lines),
         two_line_capped_margin_nm=min(capped),
-        dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
+        dry_left_nm=max(0.0, min(float((dry_share * c.F_lo - c.ff).min()) for c in trained)),
         helped_share=max(float(np.max(c.ff / np.maximum(c.F_lo, np.maximum(c.ff, 1e-12)))) for c in trained),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],

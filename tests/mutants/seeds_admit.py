@@ -6,7 +6,8 @@ from seed import Seed
 
 SURE = ("tests/unit/control/test_sure_damping.py",)
 
-PROGRAM = ("tests/unit/control/test_program.py",)
+BRAKE = "test_a_brake_that_has_stopped_an_elastic_joint_is_one_that_no_hand_makes_ring"
+PROGRAM = (f"tests/unit/control/test_program.py::{BRAKE}",)
 
 SEEDS = (
     Seed(
@@ -51,5 +52,12 @@ SEEDS = (
         "    if dry_share == 0.0:",
         "    if dry_share < 0.0:",
         ("tests/unit/friction/test_guarantee.py",),
+    ),
+    Seed(
+        "help takes its share of the link's dry friction",
+        "rtctl/friction/margins.py",
+        "(dry_share * c.F_lo - c.ff)",
+        "(dry_share * (c.F_lo - c.ff))",
+        SURE,
     ),
 )

@@ -183,3 +183,20 @@ def test_a_display_whose_help_is_taken_from_the_link_too_looks_stable_and_is_not
     growth = growth_of_a_mass(motor, behind, (k_j, b_j), virtual, heavy, late)
     assert (growth > 1.005) == grows == (radius > 1.005)
     assert growth == pytest.approx(radius, abs=1e-4)
+
+
+def test_help_is_taken_off_the_dry_friction_of_the_motor_too():
+    def held_nm(motor_share, gain):
+        loaded = load(CONFIGS / "mock.toml")
+        table = loaded.config.model_dump(mode="json", by_alias=True)
+        table["axis"][0]["drive"]["motor_share"] = motor_share
+        table["axis"][0]["friction"]["gain"] = gain
+        return figures_alone(
+            loaded.model_copy(update={"config": Config.model_validate(table)}), 0
+        ).dry_friction_nm
+
+    alone = held_nm(0.6, 0.0)
+    assert alone == pytest.approx(0.6 * held_nm(1.0, 0.0), rel=1e-9)
+    # half of the friction is sent as help, at the motor, where six tenths of it are
+    assert 0 <= held_nm(0.6, 0.5) < 0.3 * alone
+    assert held_nm(0.6, 0.95) == 0
