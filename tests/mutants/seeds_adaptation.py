@@ -150,8 +150,8 @@ SEEDS = (
     ),
     Seed(
         "the certificate is of the friction as learned", "rtctl/check/stability_report.py",
-        "    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)",
-        "    factor = largest_feedforward(axis, model, loaded.config.period_s)[1]", CHECK,
+        "    axis, factor = largest_feedforward(axis, model, T)",
+        "    factor = largest_feedforward(axis, model, T)[1]", CHECK,
     ),
     Seed(
         "a model's doubt of sticking hides a drift of sliding", "rtctl/friction/drift_verdict.py",
