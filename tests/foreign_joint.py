@@ -158,8 +158,8 @@ def _loop(
         t.link_faults, t.estop = 0, 0
         s.tick = t.tick
         s.position_rad[0], s.hand_torque_nm[0], s.current_a[0] = y[X], y[FORCE], y[CURRENT]
-        sense_axes(t, s, p)
-        sense_force(t, s, p)
+        sense_axes(t, s, p, 1)
+        sense_force(t, s, p, 1)
         s.sample_count += 1
         t.sample_count = s.sample_count
         call(law_at, (tick, state, params, command, model))

@@ -72,10 +72,11 @@ def test_compensation_learned_from_one_recording_takes_most_of_the_hands_effort_
         assert master["interaction"][direction]["reduction"] > 0.7
 
 
-def test_the_feed_forward_never_exceeds_what_the_hand_needed(master):
+def test_the_feed_forward_never_exceeds_the_friction_that_the_hand_overcame(master):
     for part in ("forward", "backward", "slow"):
         found = master["interaction"][part]
-        assert found["feedforward_rms_nm"] < found["hand_rms_nm"]
+        # of the hand's torque what is left without the inertia, which helps now and then
+        assert found["feedforward_rms_nm"] < found["friction_rms_nm"]
 
 
 def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):

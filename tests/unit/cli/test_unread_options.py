@@ -29,7 +29,7 @@ from rtctl.errors import ConfigError
         ("playback a.toml --lever-m 0.2", "--lever-m means nothing with a rig file"),
         ("playback a.toml --time t", "--time means nothing with a rig file"),
         ("playback a.toml --plot PICTURE", "--plot is about the model that is learned"),
-        ("doctor --seconds 3", "--seconds counts with --watch alone"),
+        ("doctor --for 3", "--for counts with --watch alone"),
         ("identify --log a.csv --by-load", "--by-load is about the points that --out DIR writes"),
         ("doctor --watch --no-timing", "--no-timing means nothing with --watch"),
     ],

@@ -111,7 +111,7 @@ def test_the_hand_stands_on_the_link_and_the_encoder_on_the_side_it_is_said_to()
         assert truth(states, "hand_torque_nm")[-1] == pytest.approx(-0.4, rel=1e-3)
         tick = records(new_ticks(1))
         state["velocity_rad_s"], state["joint_twist_rate_rad_s"] = 0.5, 0.25
-        sense_axes(tick[0], state[0], params[0])
+        sense_axes(tick[0], state[0], params[0], 1)
         assert tick["position_rad"][0, 0] == pytest.approx(angle, rel=5e-3)
         assert tick["device_velocity_rad_s"][0, 0] == pytest.approx(0.75 if side == "motor" else 0.5)
 
