@@ -72,9 +72,8 @@ def noted(bus: Options, make: Callable[[Any], None], stop: Callable[[Any], None]
 def tell_afresh(bus: Options, frames: list[RawFrame]) -> None:
     """As `tell`, on a bus of its own. Never raises."""
     if frames:
-        with contextlib.suppress(
-            BackendError
-        ):  # no such interface any more: nothing goes to its drives, either
+        # no such interface any more: nothing goes to its drives, either
+        with contextlib.suppress(BackendError):
             opened = RawBus(bus["channel"], fd=bus["fd"])
             tell(opened, lambda: [opened.send(frame) for frame in frames])
             opened.close()
