@@ -28,7 +28,7 @@ from rtctl.identify.observer import Identifier
 from rtctl.identify.session import arm
 from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rounded import down, up
+from rtctl.rounded import up
 
 BIAS_S = 1.0
 HOME_RAD = 0.01
@@ -174,8 +174,7 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     needed = max(high - low for low, high in (case.range_rad for case in cases)) + 4 * settings.margin_rad
     if axis.position_max_rad - axis.position_min_rad < needed:
         raise ConfigError(
-            f"{path}: axis[0].position_min_rad to position_max_rad: the references need a travel of "
-            f"{up(needed)} rad, not {down(axis.position_max_rad - axis.position_min_rad)}"
+            f"{path}: axis[0].position_min_rad to position_max_rad: the references travel {up(needed)} rad"
         )
     return rig_of(loaded, settings)
 
