@@ -83,16 +83,19 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
     assert not summary["complete"]
     assert 1 <= summary["points"] < summary["points_wanted"]
 
-    done = call(*arguments, "--resume")
-    assert done.returncode == 0, done.stderr
-    document = json.loads((out / "dataset.json").read_text())
-    assert document["complete"]
-    assert len(document["sessions"]) == 2
+    for sessions in range(2, 5):  # a loop that other programs keep late gives up a speed, and says so
+        done = call(*arguments, "--resume")
+        assert done.returncode == 0, done.stderr
+        document = json.loads((out / "dataset.json").read_text())
+        assert document["complete"]
+        assert len(document["sessions"]) == sessions
+        if not document["skipped"]:
+            break
     found = [
         [point[name] for name in ("velocity_rad_s", "friction_torque_nm")] for point in document["points"]
     ]
     speed, torque = np.array(found).T
-    assert len(speed) == summary["points_wanted"]
+    assert len(speed) == summary["points_wanted"], document["skipped"]
     moving = speed != 0.0
     true_nm = true_friction_nm(load(narrow), 0, speed[moving])
     assert np.abs(torque[moving]) == pytest.approx(true_nm, abs=0.01)
