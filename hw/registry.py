@@ -160,7 +160,7 @@ def lookup(kind: str) -> BackendInfo:
             f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into "
             f"{sys.prefix}"
         ) from error
-    except Exception as error:
+    except Exception as error:  # of a third party's package anything: no other device goes without its stop
         raise BackendError(f"backend {kind!r} cannot be loaded: {_mistake(error)}") from error
     if not isinstance(info, BackendInfo):
         raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")
@@ -177,7 +177,7 @@ def _resolve(target: str) -> Callable[..., Any]:
         missing = (error.name or "").partition(".")[0]
         wanted = DISTRIBUTIONS.get(missing, missing)
         raise BackendError(f"{target} needs the Python module {missing!r}: pip install {wanted!r}") from error
-    except Exception as error:
+    except Exception as error:  # likewise
         raise BackendError(f"{target} cannot be loaded: {_mistake(error)}") from error
     return named
 
@@ -279,6 +279,6 @@ def create(kind: str, options: Options, rig: Rig) -> Backend:
         backend: Backend = make(options, rig)
     except BackendError:
         raise
-    except Exception as error:
+    except Exception as error:  # likewise
         raise BackendError(f"{target} cannot be made: {_mistake(error)}") from error
     return backend

@@ -72,11 +72,12 @@ def test_compensation_learned_from_one_recording_takes_most_of_the_hands_effort_
         assert master["interaction"][direction]["reduction"] > 0.7
 
 
-def test_the_feed_forward_never_exceeds_the_friction_that_the_hand_overcame(master):
+def test_the_feed_forward_never_exceeds_the_friction_nor_what_the_hand_needed(master):
     for part in ("forward", "backward", "slow"):
         found = master["interaction"][part]
-        # of the hand's torque what is left without the inertia, which helps now and then
         assert found["feedforward_rms_nm"] < found["friction_rms_nm"]
+        # where it turns, the inertia overcomes some of the friction, and the hand needs less than that
+        assert part == "slow" or found["feedforward_rms_nm"] < found["hand_rms_nm"]
 
 
 def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):

@@ -91,6 +91,7 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
         assert len(document["sessions"]) == sessions
         if not document["skipped"]:
             break
+        assert all("left out" in done.stderr and one["why"] for one in document["skipped"])
     found = [
         [point[name] for name in ("velocity_rad_s", "friction_torque_nm")] for point in document["points"]
     ]

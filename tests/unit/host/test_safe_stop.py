@@ -51,13 +51,19 @@ class Fake:
         self.calls.append("close")
 
 
-@pytest.fixture
-def loaded(monkeypatch):
-    made = load(CONFIGS / "serial.toml")
+def faked(name, monkeypatch):
+    """A shipped rig whose devices are all `Fake`."""
+    loaded = load(CONFIGS / name)
     MADE.clear()
     info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
     monkeypatch.setattr(registry, "lookup", lambda _kind: info)
     monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    return loaded
+
+
+@pytest.fixture
+def loaded(monkeypatch):
+    made = faked("serial.toml", monkeypatch)
     monkeypatch.setattr(Fake, "refuses", "")
     return made
 
@@ -79,11 +85,7 @@ def test_one_that_cannot_be_opened_is_told_all_the_same_and_the_reason_is_given(
 
 
 def test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped(monkeypatch):
-    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
-    MADE.clear()
-    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
-    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
-    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    loaded = faked("drive-and-force-sensor.toml", monkeypatch)
     stop = SafeStop(loaded)
 
     def broken():
@@ -112,11 +114,7 @@ def test_what_a_stop_sends_is_made_before_a_loop_dies(monkeypatch):
 
 @pytest.mark.parametrize("what", ["stop", "open"])
 def test_an_actuator_that_hangs_is_named_and_the_others_are_stopped(what, monkeypatch):
-    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
-    MADE.clear()
-    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
-    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
-    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    loaded = faked("drive-and-force-sensor.toml", monkeypatch)
     monkeypatch.setattr("hw.every_device.STOP_TIMEOUT_S", 0.02)
     monkeypatch.setattr("rtctl.host.safe_stop.OPEN_TIMEOUT_S", 0.02)
     stop, forever = SafeStop(loaded), threading.Event()
@@ -134,11 +132,7 @@ def test_an_actuator_that_hangs_is_named_and_the_others_are_stopped(what, monkey
 
 
 def test_actuators_are_opened_beside_each_other(monkeypatch):
-    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
-    MADE.clear()
-    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
-    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
-    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    loaded = faked("drive-and-force-sensor.toml", monkeypatch)
     stop, both = SafeStop(loaded), threading.Barrier(2, timeout=PATIENCE_S)
     for one in MADE[-2:]:
         monkeypatch.setattr(one, "open", both.wait)  # neither is done before the other has begun
