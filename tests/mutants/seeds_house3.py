@@ -6,6 +6,9 @@ from seed import Seed
 
 REGISTRY = ("tests/unit/hw/test_registry.py",)
 
+REVERSALS = ("tests/unit/friction/test_reversal_memory.py",)
+INPUT = ("tests/unit/friction/test_log_input.py",)
+
 SEEDS = (
     Seed(
         "a joint that a package declares is believed as it is",
@@ -20,5 +23,19 @@ SEEDS = (
         "isinstance(value, Real) and math.isfinite(value) and float(value) >= 0",
         "isinstance(value, Real) and not float(value) < 0",
         REGISTRY,
+    ),
+    Seed(
+        "turns of one half alone are judged by the other",
+        "rtctl/friction/logs/reversal_memory.py",
+        "all(len(blocks) >= BLOCKS_MIN // 2 for blocks in turning)",
+        "any(len(blocks) >= 0 for blocks in turning)",
+        REVERSALS,
+    ),
+    Seed(
+        "a velocity that was recorded is asked for",
+        "rtctl/friction/logs/log_checks.py",
+        "for stretches in logs for one in stretches if one.velocity_rad_s is None):",
+        "for stretches in logs for one in stretches):",
+        INPUT,
     ),
 )

@@ -116,12 +116,15 @@ def reversals_of_logs(
     Returns
     -------
     Reversals or None
-        None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything."""
+        None: fewer than `TURNS_MIN` turns, turns in too few blocks of time to fit to some and judge by
+        others, or strokes too short to bend anything."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
     if not len(lengths):
         return None
     rows = TurnRows.of(parts, turns)
+    if not rows.turn_in_both_halves():
+        return None
     speed = rows.judged(by_speed, (0.0, 1.0))
     found = {
         "speed": replace(speed, parameter=0.0),
@@ -188,6 +191,12 @@ class TurnRows:
         odd = self.block % 2 == 1
         # every second block and not the first half: what warms up is in both
         return (odd, ~odd), (~odd, odd)
+
+    def turn_in_both_halves(self) -> bool:
+        """Whether each half has turns in half of `BLOCKS_MIN` blocks: columns that were fitted where nothing
+        turns are without bounds where something does."""
+        turning = (np.unique(self.block[self.near & half]) for half, _ in self.halves())
+        return all(len(blocks) >= BLOCKS_MIN // 2 for blocks in turning)
 
     def judged(self, columns: Columns, values: Sequence[float] | np.ndarray) -> _Found:
         """Held-out residuals, the parameter chosen in the rows fitted to; and the parameter that fits all
