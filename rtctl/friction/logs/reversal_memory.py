@@ -120,10 +120,7 @@ def reversals_of_logs(
         others, or strokes too short to bend anything."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
-    if not len(lengths):
-        return None
-    rows = TurnRows.of(parts, turns)
-    if not rows.turn_in_both_halves():
+    if not len(lengths) or not (rows := TurnRows.of(parts, turns)).turn_in_both_halves():
         return None
     speed = rows.judged(by_speed, (0.0, 1.0))
     found = {
@@ -279,17 +276,11 @@ def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Revers
     rungs = []
     for name, one in found.items():
         share, doubt = _ratio(squares[name], speed)
-        rungs.append(
-            Rung(
-                name=name,
-                near_nm=float(np.sqrt(squares[name].sum() / n)),
-                rms_nm=float(np.sqrt(np.mean(one.residual_nm**2))),
-                gain=1.0 - float(np.sqrt(share)),
-                # the error of a root is half that of its square, over the root
-                gain_standard_error=0.5 * doubt / float(np.sqrt(share)) if share > 0 else 0.0,
-                parameter=one.parameter,
-            )
-        )
+        root = float(np.sqrt(share))
+        # the error of a root is half that of its square, over the root
+        error = 0.5 * doubt / root if share > 0 else 0.0
+        near, rms = (float(np.sqrt(mean)) for mean in (squares[name].sum() / n, np.mean(one.residual_nm**2)))
+        rungs.append(Rung(name, near, rms, 1.0 - root, error, one.parameter))
     best = min(squares, key=lambda name: float(squares[name].sum()))
     chosen = next(name for name in squares if _as_good(squares[name], squares[best]))
     return Reversals(tuple(rungs), turns, chosen)
