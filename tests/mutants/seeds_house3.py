@@ -7,6 +7,7 @@ from seed import Seed
 REGISTRY = ("tests/unit/hw/test_registry.py",)
 
 REVERSALS = ("tests/unit/friction/test_reversal_memory.py",)
+POINTS = ("tests/unit/friction/test_points_check.py",)
 INPUT = ("tests/unit/friction/test_log_input.py",)
 
 SEEDS = (
@@ -37,5 +38,19 @@ SEEDS = (
         "for stretches in logs for one in stretches if one.velocity_rad_s is None):",
         "for stretches in logs for one in stretches):",
         INPUT,
+    ),
+    Seed(
+        "points at set speeds that agree by chance are copies",
+        "rtctl/friction/logs/points_check.py",
+        "again >= REPEATS_LEAST + CHANCE * by_chance",
+        "again >= REPEATS_LEAST",
+        POINTS,
+    ),
+    Seed(
+        "points of two files are not copies",
+        "rtctl/friction/logs/points_check.py",
+        'if name != "log"]',
+        'if name != "place"]',
+        POINTS,
     ),
 )
