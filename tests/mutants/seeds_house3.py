@@ -53,4 +53,11 @@ SEEDS = (
         'if name != "place"]',
         POINTS,
     ),
+    Seed(
+        "the end of a log in which the joint hardly moves bounds the lengths that are tried",
+        "rtctl/friction/logs/turns.py",
+        "return wide if sum(",
+        "return wide if 0 > sum(",
+        ("tests/unit/friction/test_presliding_in_logs.py",),
+    ),
 )

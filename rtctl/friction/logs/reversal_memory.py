@@ -39,7 +39,7 @@ from rtctl.friction.logs.bristle_columns import (
     by_stop,
 )
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length
+from rtctl.friction.logs.turns import TurningPart, longest_length, parts_of, shortest_length
 
 NEAR_S = 0.1
 """Rows this close to a turn are near it, s."""
@@ -118,7 +118,7 @@ def reversals_of_logs(
     Reversals or None
         None: fewer than `TURNS_MIN` turns, turns in too few blocks of time to fit to some and judge by
         others, or strokes too short to bend anything."""
-    parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+    parts = parts_of(logs, cutoff_hz, speed_min_rad_s)
     lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
     if not len(lengths) or not (rows := TurnRows.of(parts, turns)).turn_in_both_halves():
         return None
