@@ -20,7 +20,7 @@ from pydantic import (
 
 from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import read_toml, real
 from hw.plain_words import explain
 from hw.scripted_faults import FAULTS
@@ -42,17 +42,15 @@ class FaultOptions(Table):
 
     channel: str = Field(description=", ".join((*READ_ORDER, "link", "actuator", "loop")))
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
-    axis: int | None = Field(
-        None, ge=0, le=MAX_AXES - 1, description="joint, or axis of the force sensor; default all"
-    )
+    axis: int | None = number(0, MAX_AXES - 1, "joint, or axis of the force sensor; default all", None)
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
     at_tick: Ticks | None = Field(None, validate_default=True, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
     for_ticks: Ticks | None = Field(None, validate_default=True, description="as for_s, counted in ticks")
     every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
     every_ticks: Ticks | None = Field(None, validate_default=True, description="as every_s, counted in ticks")
-    probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
-    value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
+    probability: float = number(0, 1, "of acting in each tick in which it is due", 1.0)
+    value: float = number(-1e12, 1e12, "in the unit of its kind", 0.0)
 
     # each by its key, none over the whole table: what is wrong in a table is then told at once
     @model_validator(mode="before")

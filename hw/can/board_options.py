@@ -25,15 +25,15 @@ from hw.can.board_tables import (
 from hw.can.load import Traffic
 from hw.can.options import BusUser
 from hw.interface import BackendError
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 
 
 class FrameOptions(Table):
     """What received and sent frames have in common."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    id: int = number(0, 0x1FFF_FFFF, "identifier")
     extended: bool = Field(False, description="an identifier of 29 bits")
-    length: int = Field(8, ge=1, le=64, description="bytes of the frame, its parts together")
+    length: int = number(1, 64, "bytes of the frame, its parts together", 8)
     checksum: ChecksumOptions | None = Field(None, description="none: only the bus' own")
 
     @property
@@ -53,12 +53,11 @@ class ReceivedFrameOptions(FrameOptions):
     """[[device.options.receive]]: a frame from the board."""
 
     required: bool = Field(True, description="a sample is fresh only with a new frame of this kind")
-    period_ms: float | None = Field(
+    period_ms: float | None = number(
+        0.05,
+        1e5,
+        "how often it comes; default: every period. Given for one that is not required, its silence counts",
         None,
-        ge=0.05,
-        le=1e5,
-        description="how often it comes; default: every period. Given for one that is not required, its "
-        "silence counts",
     )
     counter: BitsOptions | None = Field(None, description="counts up with every frame: no older one is taken")
     select: tuple[SelectOptions, ...] = Field(

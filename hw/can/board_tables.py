@@ -33,10 +33,8 @@ Bytes = Annotated[tuple[Annotated[int, Field(ge=0, le=255)], ...], Field(strict=
 class BitsOptions(Table):
     """Where a number lies in its frame."""
 
-    start_bit: int = Field(
-        ge=0, le=511, description="as a DBC counts: lowest bit (little endian) or highest (big endian)"
-    )
-    bits: int = Field(ge=1, le=64, description="width of the number")
+    start_bit: int = number(0, 511, "as a DBC counts: lowest bit (little endian) or highest (big endian)")
+    bits: int = number(1, 64, "width of the number")
     order: Literal["little", "big"] = Field("little", description="order of its bytes")
     type: Literal["uint", "int", "float"] = Field(
         "uint", description="unsigned, two's complement, or IEEE 754 of 32 or 64 bits"
@@ -59,7 +57,7 @@ class BitsOptions(Table):
 class SelectOptions(BitsOptions):
     """A number that tells one frame of an identifier from the others: a multiplexer, a node, a header."""
 
-    value: int = Field(ge=-(2**63), le=2**64 - 1, description="raw value in the frames that are meant")
+    value: int = number(-(2**63), 2**64 - 1, "raw value in the frames that are meant")
 
 
 class ReceivedField(BitsOptions):
@@ -68,7 +66,7 @@ class ReceivedField(BitsOptions):
     channel: Literal[
         "position", "velocity", "current", "force", "moment", "temperature", "estop", "fault", "enabled"
     ] = Field(description="what the number is")
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force and moment: 0, 1, 2 are x, y, z")
+    axis: int = number(0, 7, "axis of the rig; force and moment: 0, 1, 2 are x, y, z", 0)
     unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
     wrap_at: float | None = Field(
@@ -96,7 +94,7 @@ class SentField(BitsOptions):
     channel: Literal["current_command", "torque", "enable", "counter", "constant"] = Field(
         description="what the number is"
     )
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig")
+    axis: int = number(0, 7, "axis of the rig", 0)
     unit: Unit = Field("1", description="of the physical value")
     limit: float = number(1e-6, 1e6, "command: cut to this, in SI units, before it is encoded", 1e6)
     value: float = number(-1e12, 1e12, "constant: what is sent", 0.0)
@@ -143,7 +141,7 @@ class ChecksumOptions(Table):
     kind: Literal["xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar"] = Field(
         description="how it is computed"
     )
-    byte: int = Field(ge=0, le=63, description="where it is; sum16: its high byte, the low one follows")
+    byte: int = number(0, 63, "where it is; sum16: its high byte, the low one follows")
 
     @property
     def end(self) -> int:
@@ -154,7 +152,7 @@ class ChecksumOptions(Table):
 class FixedOptions(Table):
     """A frame that is always the same: [[device.options.start]], poll, stop."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    id: int = number(0, 0x1FFF_FFFF, "identifier")
     extended: bool = Field(False, description="an identifier of 29 bits")
     data: Bytes = Field((), description="its bytes")
     remote: bool = Field(False, description="a remote frame: asks for the frame of this identifier; no data")

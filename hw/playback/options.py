@@ -16,14 +16,14 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hw.fault_options import SampleFaults
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import real
 
 # eleven days
 MAX_DURATION_S = 1e6
 
-Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
-Offset = Annotated[float, Field(ge=-1e15, le=1e15, description="subtracted from the raw value, in its unit")]
+Scale = Annotated[float, number(-1e9, 1e9, "factor; negative turns the sign")]
+Offset = Annotated[float, number(-1e15, 1e15, "subtracted from the raw value, in its unit")]
 
 
 _UNIT = "unit of the column in the file"
@@ -120,16 +120,16 @@ class PlaybackOptions(Table):
         None, description="decimal mark of numbers in text; default: a comma where it delimits nothing"
     )
     time: TimeColumn | None = Field(None, description="needed unless rate_hz is given")
-    rate_hz: float | None = Field(None, ge=1, le=1e6, description="rate of a log without a time column")
+    rate_hz: float | None = number(1, 1e6, "rate of a log without a time column", None)
     axis: tuple[AxisColumns, ...] = Field(min_length=1, max_length=8, strict=False)
     force: tuple[ForceColumn, ForceColumn, ForceColumn] | None = Field(
         None, strict=False, description="force of the hand on the tip, sensor axes x, y, z"
     )
     loop: bool = Field(False, description="start over at the end; see docs/playback.md about the seam")
-    start_s: float = Field(0.0, ge=0, le=MAX_DURATION_S, description="skip this much of the log")
+    start_s: float = number(0, MAX_DURATION_S, "skip this much of the log", 0.0)
     faults: SampleFaults = ()
-    seed: int = Field(1, ge=0, le=2**63 - 1, description="of the chance of scripted faults")
-    end_s: float | None = Field(None, ge=0, le=MAX_DURATION_S, description="stop here; default: the end")
+    seed: int = number(0, 2**63 - 1, "of the chance of scripted faults", 1)
+    end_s: float | None = number(0, MAX_DURATION_S, "stop here; default: the end", None)
 
     @field_validator("file")
     @classmethod

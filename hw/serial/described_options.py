@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.serial.checksums import SIZE
 from hw.serial.described_plan import MEASURED, PER_AXIS, TYPES
 from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
@@ -22,10 +22,8 @@ class FieldOptions(NumberOptions):
     """One number of a frame."""
 
     type: Type = Field(description="u unsigned, i two's complement, f IEEE 754; bits")
-    offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from the start of the frame")
-    wrap_bits: int = Field(
-        0, ge=0, le=32, description="position: width of the counter, if narrower than its type"
-    )
+    offset: int = number(0, LENGTH_MAX - 1, "first byte, from the start of the frame")
+    wrap_bits: int = number(0, 32, "position: width of the counter, if narrower than its type", 0)
 
     @property
     def end(self) -> int:
@@ -83,7 +81,7 @@ class CommandField(FieldOptions):
 class ConstantOptions(Table):
     """Bytes that are always the same."""
 
-    offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from 0")
+    offset: int = number(0, LENGTH_MAX - 1, "first byte, from 0")
     bytes: Bytes = Field(min_length=1, max_length=LENGTH_MAX, description="what stands there")
 
 
@@ -91,12 +89,12 @@ class FrameOptions(Table):
     """A frame of fixed length: sync bytes first; checksum last, or before a tail."""
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")
-    length: int = Field(ge=3, le=LENGTH_MAX, description="of the whole frame, sync and checksum included")
+    length: int = number(3, LENGTH_MAX, "of the whole frame, sync and checksum included")
     endian: Literal["little", "big"] = Field("little", description="order of the bytes of a number")
     checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"] = Field(
         description="how its last bytes (or those before the tail) are computed"
     )
-    checksum_from: int = Field(0, ge=0, le=LENGTH_MAX - 1, description="first byte it covers")
+    checksum_from: int = number(0, LENGTH_MAX - 1, "first byte it covers", 0)
     checksum_endian: Literal["little", "big"] | None = Field(None, description="default: that of the frame")
     tail: Bytes = Field((), max_length=SYNC_MAX, description="bytes behind the checksum, always the same")
     constant: Annotated[tuple[ConstantOptions, ...], Field(strict=False)] = Field((), max_length=16)
@@ -199,6 +197,6 @@ class DescribedOptions(AskedOptions):
 
     sample: SampleOptions
     command: CommandOptions | None = Field(None, description="none: a sensor")
-    identity: int | None = Field(
-        None, ge=0, le=2**32 - 1, description="value the identity field must have; default: the first one met"
+    identity: int | None = number(
+        0, 2**32 - 1, "value the identity field must have; default: the first one met", None
     )

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hw.option_tables import Table, short_life
+from hw.option_tables import Table, number, short_life
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
 from hw.serial.number_options import SWITCHES, NumberOptions, ToldChannel, require_one_command
@@ -25,10 +25,8 @@ class LineSampleField(NumberOptions):
     start_over: ClassVar[tuple[str, ...]] = ("position", "sequence")
 
     channel: ToldChannel = Field(description="what the number is")
-    column: int = Field(ge=0, le=63, description="which number of the line, from 0")
-    decimals: int | None = Field(
-        None, ge=0, le=9, description="digits behind the point, exactly: a lost character is noticed"
-    )
+    column: int = number(0, 63, "which number of the line, from 0")
+    decimals: int | None = number(0, 9, "digits behind the point, exactly: a lost character is noticed", None)
 
     @model_validator(mode="after")
     def _fits_its_channel(self) -> Self:
@@ -49,8 +47,8 @@ class LineCommandField(NumberOptions):
 
     channel: CommandChannel = Field(description="what the number is")
     prefix: Text = Field("", description="what stands before the number")
-    decimals: int = Field(4, ge=0, le=9, description="digits behind the point; the rest is cut off, toward 0")
-    limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
+    decimals: int = number(0, 9, "digits behind the point; the rest is cut off, toward 0", 4)
+    limit: float = number(1e-6, 1e6, "in the unit: larger commands are cut to it", 1e6)
 
     @model_validator(mode="after")
     def _says_zero(self) -> Self:
@@ -71,7 +69,7 @@ class LineSampleOptions(Table):
         "", description="what a line of numbers begins with; all other lines are passed over"
     )
     separator: Literal[",", ";", ":", "\t", " "] = Field(",", description="' ': any run of blanks and tabs")
-    columns: int = Field(ge=1, le=64, description="numbers of a line, exactly")
+    columns: int = number(1, 64, "numbers of a line, exactly")
     checksum: Checksum = Field(
         "none", description="nmea: '*' and the exclusive or of what stands before, two digits"
     )
@@ -102,8 +100,8 @@ class LineSampleOptions(Table):
 class LineCommandOptions(Table):
     """[device.options.command]: the line the board is sent, once per cycle."""
 
-    time_to_live_ms: float = Field(
-        ge=1, le=100, description="the board lets go this long after its last line: by its own watchdog"
+    time_to_live_ms: float = number(
+        1, 100, "the board lets go this long after its last line: by its own watchdog"
     )
     checksum: Checksum = Field("none", description="as that of the sample")
     enter: Text = Field("", description="line sent in place of the first command after arming")

@@ -113,7 +113,5 @@ class DriftOptions(Table):
 class TimingOptions(Table):
     """[device.options.timing]: a slow device."""
 
-    sample_every_ticks: int = Field(
-        1, ge=1, le=16, description="a fresh sample only so often; else the last one"
-    )
+    sample_every_ticks: int = number(1, 16, "a fresh sample only so often; else the last one", 1)
     transport_delay_ticks: float = number(0, 16, "until a current acts, any fraction", 0.0)

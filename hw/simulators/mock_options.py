@@ -50,7 +50,7 @@ class FrictionOptions(Table):
         description="elasto_plastic does not creep under vibration below break-away; "
         "gms: Maxwell-slip elements",
     )
-    elements: int = Field(default=8, ge=2, le=ELEMENTS, description="gms: how many")
+    elements: int = number(2, ELEMENTS, "gms: how many", 8)
     coulomb_nm: float = number(1e-6, 1e3, "F_c: Coulomb friction", 0.25)
     breakaway_nm: float = number(1e-6, 1e3, "F_s: break-away torque", 0.35)
     stribeck_rad_s: float = number(1e-6, 1e2, "v_s: Stribeck speed", 0.1)
@@ -82,7 +82,7 @@ class AxisOptions(Table):
 
     inertia_kgm2: float = number(1e-9, 1e3, "true inertia at the link", 0.012)
     torque_scale: float = number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
-    torque_delay_ticks: int = Field(default=0, ge=0, le=16, description="whole periods until a current acts")
+    torque_delay_ticks: int = number(0, 16, "whole periods until a current acts", 0)
     current_max_a: float = number(1e-3, 1e4, "saturation of the amplifier", 20.0)
     current_noise_a: float = number(0, 100, "Hall sensor: standard deviation", 0.0)
     current_bias_a: float = number(-100, 100, "Hall sensor: bias", 0.0)
@@ -90,7 +90,7 @@ class AxisOptions(Table):
     encoder_rounds: bool = Field(
         default=False, description="false: counts truncate downward, as real ones do"
     )
-    encoder_bits: int = Field(default=0, ge=0, le=32, description="width of its counter; 0: endless")
+    encoder_bits: int = number(0, 32, "width of its counter; 0: endless", 0)
     ripple_nm: float = number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
     ripple_order: float = number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
     start_position_rad: float = number(-1e3, 1e3, "joint angle at the first tick", 0.0)
@@ -199,9 +199,7 @@ class ForceOptions(Table):
         description="measured = crosstalk . true force",
     )
     lowpass_hz: float = number(0, 1e5, "its own low-pass, first order; 0: none", 0.0)
-    delay_ticks: int = Field(
-        default=0, ge=0, le=FORCE_LINE - 1, description="whole periods that its samples are old"
-    )
+    delay_ticks: int = number(0, FORCE_LINE - 1, "whole periods that its samples are old", 0)
     moment: MomentOptions | None = Field(default=None, description="none: a sensor of forces only")
     tip_kg: float = number(0, 100, "mass mounted on the sensor, which every joint turns", 0.0)
     tip_center_m: Vector = Field(
@@ -223,15 +221,9 @@ class VelocityOptions(Table):
 class MockOptions(Table):
     """[device.options] of kind mock. `axis` and `hand`: one table for all axes, or one per axis."""
 
-    seed: int = Field(
-        default=1, ge=0, le=2**63 - 1, description="of all noise; same seed, same run, bit for bit"
-    )
-    substeps: int = Field(
-        default=0, ge=0, le=1000, description="plant steps per period; 0: as many as 100 us need"
-    )
-    time_to_live_ticks: int = Field(
-        10, ge=1, le=50, description="a current is held this long without a new one"
-    )
+    seed: int = number(0, 2**63 - 1, "of all noise; same seed, same run, bit for bit", 1)
+    substeps: int = number(0, 1000, "plant steps per period; 0: as many as 100 us need", 0)
+    time_to_live_ticks: int = number(1, 50, "a current is held this long without a new one", 10)
     temperature_c: float = number(-40, 200, "shown by the motor's sensor", 25.0)
     estop_from_s: float = number(0, 1e9, "emergency stop pressed from here", 0.0)
     estop_to_s: float = number(0, 1e9, "to here; equal: never", 0.0)
