@@ -200,8 +200,7 @@ FIELD: dict[str, Field] = {field.name: field for field in FIELDS}
 def tick_dtype(n_axes: int = 1) -> np.dtype[np.void]:
     """Structured dtype of a tick of a rig with `n_axes` axes (little endian, 8-byte words throughout)."""
     if n_axes < 1:
-        msg = f"n_axes must be at least 1, not {n_axes}"
-        raise ValueError(msg)
+        raise ValueError(f"n_axes must be at least 1, not {n_axes}")
     return np.dtype([field.dtype(n_axes) for field in FIELDS])
 
 

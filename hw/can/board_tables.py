@@ -80,11 +80,9 @@ class ReceivedField(BitsOptions):
     def _sensible(self) -> Self:
         _unit_of(self.channel, self.unit)
         if self.wrap_at is not None and (self.wrap or self.channel != "position"):
-            msg = f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap")
         if self.wrap and (self.channel != "position" or self.type == "float"):
-            msg = "wrap is for a position of type uint or int"
-            raise ValueError(msg)
+            raise ValueError("wrap is for a position of type uint or int")
         return self
 
 
@@ -110,29 +108,26 @@ class SentField(BitsOptions):
             return self  # refused with the frame, whose length is known
         field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
         if self.channel == "enable" and to_raw(field, 1.0) == to_raw(field, 0.0):
-            msg = (
+            raise ValueError(
                 f"enable: {self.bits} bits of type {self.type} with this scale and offset say the same for "
                 "on and off; one bit is of type uint"
             )
-            raise ValueError(msg)
         if self.channel in ("current_command", "torque"):
             least = self.scale * to_raw(field, 0.0) + self.offset
             # no raw number may be 0 exactly (a range that is offset by half a step): one step off is near
             # enough
             if abs(least) > abs(self.scale):
-                msg = (
+                raise ValueError(
                     f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset "
                     f"cannot say 0, only {least:g}"
                 )
-                raise ValueError(msg)
         return self
 
 
 def _unit_of(channel: str, unit: str) -> None:
     allowed = _UNITS.get(channel, ("1",))
     if unit not in allowed:
-        msg = f"unit {unit!r} of {channel}: one of {', '.join(allowed)}"
-        raise ValueError(msg)
+        raise ValueError(f"unit {unit!r} of {channel}: one of {', '.join(allowed)}")
 
 
 class ChecksumOptions(Table):
@@ -160,8 +155,7 @@ class FixedOptions(Table):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.remote and self.data:
-            msg = f"id 0x{self.id:x}: a remote frame carries no data"
-            raise ValueError(msg)
+            raise ValueError(f"id 0x{self.id:x}: a remote frame carries no data")
         possible(self.id, (len(self.data),), extended=self.extended)
         return self
 
@@ -169,12 +163,10 @@ class FixedOptions(Table):
 def possible(can_id: int, lengths: tuple[int, ...], *, extended: bool) -> None:
     """Refuse an identifier or a length that no CAN frame has."""
     if not extended and can_id > 0x7FF:
-        msg = f"id 0x{can_id:x} needs extended = true"
-        raise ValueError(msg)
+        raise ValueError(f"id 0x{can_id:x} needs extended = true")
     for length in lengths:
         if length not in FD_LENGTHS:
-            msg = f"length {length}: a frame has one of {FD_LENGTHS}"
-            raise ValueError(msg)
+            raise ValueError(f"length {length}: a frame has one of {FD_LENGTHS}")
 
 
 def have_room(fields: Sequence[BitsOptions], length: int) -> None:

@@ -110,8 +110,7 @@ class DriveOptions(BusUser):
             raise ValueError(msg)
         nodes = [axis.node for axis in axes]
         if len(set(nodes)) != len(nodes):
-            msg = f"axes must have different nodes, not {nodes}"
-            raise ValueError(msg)
+            raise ValueError(f"axes must have different nodes, not {nodes}")
         return self
 
 
@@ -149,8 +148,7 @@ class OdriveOptions(DriveOptions):
     @model_validator(mode="after")
     def _classic(self) -> Self:
         if self.bus.fd and self.feedback == "request":
-            msg = "CAN FD has no remote frames: feedback = 'cyclic', or fd = false"
-            raise ValueError(msg)
+            raise ValueError("CAN FD has no remote frames: feedback = 'cyclic', or fd = false")
         return self
 
     @model_validator(mode="after")
@@ -158,12 +156,11 @@ class OdriveOptions(DriveOptions):
         """The heartbeat alone tells that the drive has let go; a lag of 20 cycles is a fault by itself."""
         rate_hz = (info.context or {}).get("rate_hz")
         if rate_hz and self.heartbeat_ms > max(20.0, 2e4 / rate_hz):
-            msg = (
+            raise ValueError(
                 f"heartbeat_ms {self.heartbeat_ms:g} must be at most {max(20.0, 2e4 / rate_hz):g} (20 "
                 "periods): a drive that lets go says so in its heartbeat only; set heartbeat_msg_rate_ms "
                 "on the drive and this"
             )
-            raise ValueError(msg)
         return self
 
 
@@ -195,8 +192,7 @@ class MoteusOptions(DriveOptions):
     @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> Self:
         if not self.bus.fd:
-            msg = "bus.fd must be true: moteus speaks CAN FD only"
-            raise ValueError(msg)
+            raise ValueError("bus.fd must be true: moteus speaks CAN FD only")
         short_life(self.time_to_live_ms, info)
         return self
 
@@ -240,16 +236,13 @@ class Cia402Options(DriveOptions):
     @model_validator(mode="after")
     def _heartbeats(self, info: ValidationInfo) -> Self:
         if self.time_to_live_ms < 2 * self.heartbeat_ms:
-            msg = (
+            raise ValueError(
                 f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms "
                 f"{self.heartbeat_ms}: one late heartbeat must not stop the drives"
             )
-            raise ValueError(msg)
         if len({axis.velocity_units > 0 for axis in self.axis}) > 1:
-            msg = "axis.velocity_units: give it for every axis, or leave it 0 for all"
-            raise ValueError(msg)
+            raise ValueError("axis.velocity_units: give it for every axis, or leave it 0 for all")
         if self.source in [axis.node for axis in self.axis]:
-            msg = f"source {self.source} is also the node of a drive"
-            raise ValueError(msg)
+            raise ValueError(f"source {self.source} is also the node of a drive")
         short_life(self.time_to_live_ms, info)
         return self

@@ -38,13 +38,11 @@ class SensorOptions(Table):
     def _senses(self) -> SensorOptions:
         # a hand that pushes such a rig would not be felt, and nothing would tell
         if not any(any(row) for row in self.matrix):
-            msg = "matrix is all zeros: every force would be 0"
-            raise ValueError(msg)
+            raise ValueError("matrix is all zeros: every force would be 0")
         if self.moments and self.moment_matrix is None and not axes.only_turns(self.matrix):
             raise ValueError(axes.NOT_TOLD)
         if self.moments and self.moment_matrix is not None and not any(map(any, self.moment_matrix)):
-            msg = "moment_matrix is all zeros: every moment would be 0"
-            raise ValueError(msg)
+            raise ValueError("moment_matrix is all zeros: every moment would be 0")
         return self
 
 
@@ -91,8 +89,7 @@ class OptoForceOptions(SerialSensorOptions):
     @model_validator(mode="after")
     def _one_sensor(self) -> OptoForceOptions:
         if self.sensor != 1 and self.layout != "4x3-axis":
-            msg = f"sensor {self.sensor}: only layout '4x3-axis' has more than one"
-            raise ValueError(msg)
+            raise ValueError(f"sensor {self.sensor}: only layout '4x3-axis' has more than one")
         # the default of counts_per_nm is no sensor's: moments by it would be wrong by an unknown factor
         if self.moments and (self.layout != "6-axis" or "counts_per_nm" not in self.model_fields_set):
             msg = "moments: need layout = '6-axis' and counts_per_nm, from the sensor's own data sheet"

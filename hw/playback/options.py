@@ -42,8 +42,7 @@ class Column(Table):
     def _no_zero_scale(self) -> Self:
         # nothing else would say so: a log of zeros reads well, and rests
         if self.scale == 0:
-            msg = f"scale of column {self.column!r} is 0: every sample would be 0"
-            raise ValueError(msg)
+            raise ValueError(f"scale of column {self.column!r} is 0: every sample would be 0")
         return self
 
 
@@ -99,8 +98,7 @@ class AxisColumns(Table):
     @model_validator(mode="after")
     def _one_motor_signal(self) -> Self:
         if self.current is not None and self.motor_torque is not None:
-            msg = "give current or motor_torque, not both: one follows from the other"
-            raise ValueError(msg)
+            raise ValueError("give current or motor_torque, not both: one follows from the other")
         return self
 
 
@@ -138,30 +136,25 @@ class PlaybackOptions(Table):
         path = real(Path(context.get("folder", Path()), text).expanduser())
         if not path.is_file():
             inside = sorted(each.name for each in path.iterdir())[:5] if path.is_dir() else []
-            msg = (
+            raise ValueError(
                 f"{path} is a folder: give a file in it ({', '.join(inside)})"
                 if inside
                 else f"no file {path}"
             )
-            raise ValueError(msg)
         return str(path)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         # both would contradict each other sooner or later; with neither nothing is known of speed
         if (self.time is None) == (self.rate_hz is None):
-            msg = "give either a time column or rate_hz"
-            raise ValueError(msg)
+            raise ValueError("give either a time column or rate_hz")
         if self.end_s is not None and self.end_s <= self.start_s:
-            msg = f"end_s {self.end_s} must be after start_s {self.start_s}"
-            raise ValueError(msg)
+            raise ValueError(f"end_s {self.end_s} must be after start_s {self.start_s}")
         for name in ("hand_torque", "current", "motor_torque", "velocity"):
             given = [getattr(axis, name) is not None for axis in self.axis]
             # an axis without a column would be one of zeros, and the law is of all axes at once
             if any(given) and not all(given):
-                msg = f"{name} must be given for every axis, or for none"
-                raise ValueError(msg)
+                raise ValueError(f"{name} must be given for every axis, or for none")
         if self.force is not None and self.axis[0].hand_torque is not None:
-            msg = "give force or hand_torque, not both: one follows from the other"
-            raise ValueError(msg)
+            raise ValueError("give force or hand_torque, not both: one follows from the other")
         return self

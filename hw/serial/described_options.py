@@ -35,27 +35,23 @@ class FieldOptions(NumberOptions):
         name = self.name
         # bits and counts of a float are none: `raw` would be cut off to a whole number without a word
         if self.type == "f32" and name not in UNITS:
-            msg = f"type 'f32' of {name!r}: whole numbers only"
-            raise ValueError(msg)
+            raise ValueError(f"type 'f32' of {name!r}: whole numbers only")
         if (name in SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
-            msg = (
+            raise ValueError(
                 f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their "
                 "type, others none"
             )
-            raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
             raise ValueError(msg)
         # both follow the position through its wraps, by value and by count: one would undo the other
         if self.wrap_at is not None and self.wrap_bits:
-            msg = f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it")
         if name in ("current_command", "torque") and not self._says_zero():
-            msg = (
+            raise ValueError(
                 f"zero {self.zero:g} of {name!r}: no number of type {self.type!r}, so a command of 0 cannot "
                 "be sent"
             )
-            raise ValueError(msg)
         return self
 
     def _says_zero(self) -> bool:
@@ -108,15 +104,13 @@ class FrameOptions(Table):
     def _everything_has_a_place(self) -> Self:
         end = self.length - SIZE[self.checksum] - len(self.tail)
         if self.checksum_from >= end:
-            msg = (
+            raise ValueError(
                 f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover "
                 "bytes before it"
             )
-            raise ValueError(msg)
         taken = dict.fromkeys(range(len(self.sync)), "sync")
         if len(self.sync) > end:
-            msg = f"length {self.length}: no room for sync and checksum"
-            raise ValueError(msg)
+            raise ValueError(f"length {self.length}: no room for sync and checksum")
         places = [(f"constant at {c.offset}", c.offset, c.offset + len(c.bytes)) for c in self.constant]
         switches = [field for field in self.fields if field.name in SWITCHES]
         numbers = [field for field in self.fields if field.name not in SWITCHES]
@@ -140,12 +134,10 @@ def _place(taken: dict[int, str], places: Iterable[tuple[str, int, int]], end: i
     """Refuse what overlaps or stands beyond `end`, where the checksum begins."""
     for label, first, after in places:
         if after > end:
-            msg = f"{label} ends at byte {after - 1}; the checksum begins at byte {end}"
-            raise ValueError(msg)
+            raise ValueError(f"{label} ends at byte {after - 1}; the checksum begins at byte {end}")
         for at in range(first, after):
             if at in taken:
-                msg = f"{label} overlaps {taken[at]} at byte {at}"
-                raise ValueError(msg)
+                raise ValueError(f"{label} overlaps {taken[at]} at byte {at}")
             taken[at] = label
 
 
@@ -154,8 +146,7 @@ def _once(fields: tuple[FieldOptions, ...]) -> None:
     for field in fields:
         key = _label(field)
         if key in seen:
-            msg = f"{key} is given twice"
-            raise ValueError(msg)
+            raise ValueError(f"{key} is given twice")
         seen.add(key)
 
 
@@ -168,8 +159,7 @@ class SampleOptions(FrameOptions):
     def _complete(self) -> Self:
         _once(self.field)
         if not {field.channel for field in self.field} & set(MEASURED):
-            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
-            raise ValueError(msg)
+            raise ValueError(f"field: nothing is measured: one of {', '.join(MEASURED)} is needed")
         return self
 
 

@@ -34,8 +34,7 @@ class LineSampleField(NumberOptions):
             msg = f"mask {self.mask:#x} of {self.channel!r}: estop, fault and enabled need bits, others none"
             raise ValueError(msg)
         if self.decimals and self.channel in (*SWITCHES, "sequence"):
-            msg = f"decimals of {self.channel!r}: whole numbers only"
-            raise ValueError(msg)
+            raise ValueError(f"decimals of {self.channel!r}: whole numbers only")
         if self.channel == "sequence" and self.wrap_at and not self.wrap_at.is_integer():
             msg = f"wrap_at {self.wrap_at:g} of 'sequence': a whole number, 65536 of a counter of 16 bits"
             raise ValueError(msg)
@@ -54,11 +53,10 @@ class LineCommandField(NumberOptions):
     def _says_zero(self) -> Self:
         # a zero with more digits than are written is rounded: torque from a motor that is sent 0
         if round(self.zero, self.decimals) != self.zero:
-            msg = (
+            raise ValueError(
                 f"zero {self.zero:g} of {self.channel!r} has more than {self.decimals} decimals: a command "
                 "of 0 cannot be sent"
             )
-            raise ValueError(msg)
         return self
 
 
@@ -80,20 +78,17 @@ class LineSampleOptions(Table):
         names = [(field.channel, field.axis, field.component) for field in self.field]
         for field in self.field:
             if field.column >= self.columns:
-                msg = (
+                raise ValueError(
                     f"column {field.column} of {field.channel!r}: the line has columns 0 to "
                     f"{self.columns - 1}"
                 )
-                raise ValueError(msg)
             if names.count((field.channel, field.axis, field.component)) > 1:
-                msg = (
+                raise ValueError(
                     f"field {field.channel!r} of axis {field.axis}, component {field.component} is given "
                     "twice"
                 )
-                raise ValueError(msg)
         if not {field.channel for field in self.field} & set(MEASURED):
-            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
-            raise ValueError(msg)
+            raise ValueError(f"field: nothing is measured: one of {', '.join(MEASURED)} is needed")
         return self
 
 
@@ -115,8 +110,7 @@ class LineCommandOptions(Table):
         require_one_command({field.channel for field in self.field}, bool(self.enter), bool(self.idle))
         short_life(self.time_to_live_ms, info)
         if sum(len(field.prefix) + 12 + field.decimals for field in self.field) > LINE_MAX:
-            msg = f"field: the line may come to more than {LINE_MAX} characters"
-            raise ValueError(msg)
+            raise ValueError(f"field: the line may come to more than {LINE_MAX} characters")
         return self
 
 

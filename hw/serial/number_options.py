@@ -71,11 +71,9 @@ class NumberOptions(Table):
             raise ValueError(msg)
         # for commands, too: what is sent is divided by it
         if self.scale == 0:
-            msg = f"scale of {name!r} is 0: every value would be 0"
-            raise ValueError(msg)
+            raise ValueError(f"scale of {name!r} is 0: every value would be 0")
         if self.wrap_at is not None and name not in self.start_over:
-            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a {' or a '.join(self.start_over)}"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {name!r}: for a {' or a '.join(self.start_over)}")
         return self
 
 
@@ -83,8 +81,6 @@ def require_one_command(channels: set[str], enter: bool, idle: bool) -> None:
     """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what
     switches it off."""
     if len(channels & {"torque", "current_command"}) != 1:
-        msg = "field: either torque or current_command is needed, for every axis"
-        raise ValueError(msg)
+        raise ValueError("field: either torque or current_command is needed, for every axis")
     if enter and not idle:
-        msg = "enter needs idle: what switches a drive on needs what switches it off"
-        raise ValueError(msg)
+        raise ValueError("enter needs idle: what switches a drive on needs what switches it off")

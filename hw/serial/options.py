@@ -107,14 +107,12 @@ class SerialOptions(PortOptions):
     @classmethod
     def _once(cls, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
         if len(set(channels)) != len(channels):
-            msg = f"channels {list(channels)}: each at most once"
-            raise ValueError(msg)
+            raise ValueError(f"channels {list(channels)}: each at most once")
         return channels
 
     @field_validator("axis")
     @classmethod
     def _some(cls, tables: tuple[AxisOptions, ...]) -> tuple[AxisOptions, ...]:
         if not 1 <= len(tables) <= 8:
-            msg = f"needs 1 to 8 tables, not {len(tables)}"
-            raise ValueError(msg)
+            raise ValueError(f"needs 1 to 8 tables, not {len(tables)}")
         return tables

@@ -109,11 +109,10 @@ class AxisOptions(Table):
         # the sum of sizes: at some place waves of unlike orders are all at their least together, or nearly
         total = abs(self.friction.modulation_share) + sum(abs(share) for share, _, _ in waves)
         if total > MODULATION_MAX:
-            msg = (
+            raise ValueError(
                 f"waves.friction with friction.modulation_share adds up to {total:g}; at most "
                 f"{MODULATION_MAX}"
             )
-            raise ValueError(msg)
         return self
 
     @field_validator("encoder_bits")
@@ -122,8 +121,7 @@ class AxisOptions(Table):
         # half a range is what may pass between two reads: with 7 bits 64 counts, 2.5 rad/s of 160,000 a turn
         # at 1 kHz
         if 0 < bits < 8:
-            msg = f"encoder_bits {bits}: must be 0 (endless) or 8 to 32"
-            raise ValueError(msg)
+            raise ValueError(f"encoder_bits {bits}: must be 0 (endless) or 8 to 32")
         return bits
 
 
@@ -157,19 +155,15 @@ class HandOptions(Table):
     def _consistent(self) -> HandOptions:
         # their period is made of it: of no way there is none
         if self.kind in ("triangle", "push") and abs(self.amplitude_rad) < 1e-4:
-            msg = f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4"
-            raise ValueError(msg)
+            raise ValueError(f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4")
         # it goes to both sides: a sign says nothing, and its phase runs backwards; a push has a side
         if self.kind == "triangle" and self.amplitude_rad < 0:
-            msg = f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one"
-            raise ValueError(msg)
+            raise ValueError(f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one")
         if self.kind == "sines" and not self.sines:
-            msg = "sines: kind 'sines' needs at least one [amplitude_rad, frequency_hz]"
-            raise ValueError(msg)
+            raise ValueError("sines: kind 'sines' needs at least one [amplitude_rad, frequency_hz]")
         for from_s, to_s in self.grips_s:
             if to_s <= from_s:
-                msg = f"grips_s [{from_s}, {to_s}] ends before it begins"
-                raise ValueError(msg)
+                raise ValueError(f"grips_s [{from_s}, {to_s}] ends before it begins")
         return self
 
 
@@ -239,8 +233,7 @@ class MockOptions(Table):
     def _some(cls, tables: tuple[T, ...]) -> tuple[T, ...]:
         # as Field(min_length=1) one bad table would be reported as "too short" besides
         if not 1 <= len(tables) <= 8:
-            msg = f"needs 1 to 8 tables, not {len(tables)}"
-            raise ValueError(msg)
+            raise ValueError(f"needs 1 to 8 tables, not {len(tables)}")
         return tables
 
     @model_validator(mode="after")
@@ -249,11 +242,10 @@ class MockOptions(Table):
             # both are places in the one line of currents
             total = axis.torque_delay_ticks + self.timing.transport_delay_ticks
             if total > DELAY_LINE - 1:
-                msg = (
+                raise ValueError(
                     f"axis[{k}].torque_delay_ticks with timing.transport_delay_ticks is {total:g}; at most "
                     f"{DELAY_LINE - 1}"
                 )
-                raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -265,11 +257,9 @@ class MockOptions(Table):
                 continue
             keys = SENSORS.get(fault.channel, ())
             if not keys:
-                msg = f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}"
-                raise ValueError(msg)
-            msg = (
+                raise ValueError(f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}")
+            raise ValueError(
                 f"faults[{k}].channel: {fault.channel!r} needs a sensor: add "
                 f"[device.options.{'.'.join(keys)}]"
             )
-            raise ValueError(msg)
         return self
