@@ -43,8 +43,7 @@ def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.
     untyped: Any = types
     returned = untyped.unliteral(made.signature.return_type)
     if returned not in (types.none, types.int64):
-        msg = f"{function} must return nothing or an integer of 64 bits, not {returned}"
-        raise TypeError(msg)
+        raise TypeError(f"{function} must return nothing or an integer of 64 bits, not {returned}")
     return int(made.library.get_pointer_to_function(made.fndesc.llvm_func_name))
 
 

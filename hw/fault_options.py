@@ -20,7 +20,7 @@ from pydantic import (
 
 from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import read_toml, real
 from hw.plain_words import explain
 from hw.scripted_faults import FAULTS
@@ -42,17 +42,15 @@ class FaultOptions(Table):
 
     channel: str = Field(description=", ".join((*READ_ORDER, "link", "actuator", "loop")))
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
-    axis: int | None = Field(
-        None, ge=0, le=MAX_AXES - 1, description="joint, or axis of the force sensor; default all"
-    )
+    axis: int | None = number(0, MAX_AXES - 1, "joint, or axis of the force sensor; default all", None)
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
     at_tick: Ticks | None = Field(None, validate_default=True, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
     for_ticks: Ticks | None = Field(None, validate_default=True, description="as for_s, counted in ticks")
     every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
     every_ticks: Ticks | None = Field(None, validate_default=True, description="as every_s, counted in ticks")
-    probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
-    value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
+    probability: float = number(0, 1, "of acting in each tick in which it is due", 1.0)
+    value: float = number(-1e12, 1e12, "in the unit of its kind", 0.0)
 
     # each by its key, none over the whole table: what is wrong in a table is then told at once
     @model_validator(mode="before")
@@ -71,8 +69,7 @@ class FaultOptions(Table):
         if channel is not None and (channel, name) not in KINDS:
             raise ValueError(_no_such_kind(channel, name))
         if channel == "loop" and (info.context or {}).get("clock") == "virtual":
-            msg = 'nothing stalls on a virtual clock; set [loop] clock = "wall"'
-            raise ValueError(msg)
+            raise ValueError('nothing stalls on a virtual clock; set [loop] clock = "wall"')
         return name
 
     @field_validator("axis")
@@ -82,8 +79,7 @@ class FaultOptions(Table):
             return axis
         axes = places(info.data["channel"], (info.context or {}).get("n_axes", MAX_AXES))
         if axis >= axes:
-            msg = f"{axis} is not there; must be below {axes}"
-            raise ValueError(msg)
+            raise ValueError(f"{axis} is not there; must be below {axes}")
         return axis
 
     @field_validator("at_tick", "for_ticks", "every_ticks")
@@ -99,8 +95,7 @@ class FaultOptions(Table):
                 raise ValueError(f"{both}, or neither")
             due = info.data.get("for_s") or info.data.get("for_ticks")
             if (seconds or ticks) and {"for_s", "for_ticks"} <= info.data.keys() and not due:
-                msg = "a fault that is due for ever cannot come again; give for_s or for_ticks"
-                raise ValueError(msg)
+                raise ValueError("a fault that is due for ever cannot come again; give for_s or for_ticks")
         elif (seconds is None) == (ticks is None):
             raise ValueError(both + ("; 0 is for ever" if name == "for" else ""))
         return ticks
@@ -114,12 +109,10 @@ class FaultOptions(Table):
         kind = KINDS[channel, name]
         if value is None:
             # no size is meant by itself: whoever scripts a jump says how far
-            msg = f"{channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
-            raise ValueError(msg)
+            raise ValueError(f"{channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}")
         if isinstance(value, int | float) and not kind.low <= value <= kind.high:
             bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
-            msg = f"{value} of {channel} {name}: {bound}"
-            raise ValueError(msg)
+            raise ValueError(f"{value} of {channel} {name}: {bound}")
         return value
 
 
@@ -144,8 +137,7 @@ class Schedule(BaseModel):
     def _some(cls, faults: tuple[FaultOptions, ...]) -> tuple[FaultOptions, ...]:
         # as Field(min_length=1) one bad table would be reported as "too short" besides
         if not faults:
-            msg = "needs at least one [[fault]]"
-            raise ValueError(msg)
+            raise ValueError("needs at least one [[fault]]")
         return faults
 
 
@@ -225,8 +217,7 @@ def only_samples(faults: tuple[FaultOptions, ...]) -> tuple[FaultOptions, ...]:
     """Refuse, by ValueError, faults that a device without actuator and other inputs cannot have."""
     for k, fault in enumerate(faults):
         if fault.channel not in SAMPLE_CHANNELS:
-            msg = f"[{k}].channel: {fault.channel!r}: a log has only {', '.join(SAMPLE_CHANNELS)}"
-            raise ValueError(msg)
+            raise ValueError(f"[{k}].channel: {fault.channel!r}: a log has only {', '.join(SAMPLE_CHANNELS)}")
     return faults
 
 

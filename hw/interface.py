@@ -254,7 +254,6 @@ class BackendInfo:
     factory: str
     options: str
     simulated: bool
-    summary: str
     channels: Channels | None = None
     follows: bool = True
     """The current measured answers the torque sent; False for a recording."""

@@ -25,11 +25,9 @@ def short_life(time_to_live_ms: float, info: ValidationInfo) -> None:
     rate_hz = (info.context or {}).get("rate_hz")
     longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
     if rate_hz and time_to_live_ms < 2e3 / rate_hz:
-        msg = (
+        raise ValueError(
             f"time_to_live_ms {time_to_live_ms:g} must be at least {2e3 / rate_hz:g}, 2 periods: one command "
             "that comes late must not stop the drive"
         )
-        raise ValueError(msg)
     if time_to_live_ms > longest_ms:
-        msg = f"time_to_live_ms {time_to_live_ms:g} must be at most {longest_ms:g}: 10 periods"
-        raise ValueError(msg)
+        raise ValueError(f"time_to_live_ms {time_to_live_ms:g} must be at most {longest_ms:g}: 10 periods")

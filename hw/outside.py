@@ -146,8 +146,7 @@ def require_sane(value: object) -> None:
             elif isinstance(one, list):
                 inner += one
         if any(isinstance(one, int) and not -_MOST_WHOLE <= one < _MOST_WHOLE for one in inner):
-            msg = "a whole number of more than 64 bits"
-            raise ValueError(msg)
+            raise ValueError("a whole number of more than 64 bits")
         level = [one for one in inner if isinstance(one, Mapping | list)]
         if not level:
             return
@@ -177,5 +176,4 @@ def harmless(text: str) -> str:
 
 
 def _too_deep() -> NoReturn:
-    msg = f"tables or lists are nested deeper than {MOST_DEPTH}"
-    raise ValueError(msg)
+    raise ValueError(f"tables or lists are nested deeper than {MOST_DEPTH}")

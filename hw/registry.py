@@ -9,10 +9,10 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, cast
+from numbers import Real
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from hw.interface import (
     Backend,
@@ -30,6 +30,8 @@ from hw.interface import (
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+T = TypeVar("T")
+
 GROUP = "rtctl.backends"
 STATUSES = ("ok", "warn", "fail")
 
@@ -44,94 +46,76 @@ DISTRIBUTIONS = {
 
 BUILT_IN = {
     "mock": BackendInfo(
-        factory="hw.simulators.mock_backend:MockBackend",
-        options="hw.simulators.mock_options:MockOptions",
+        "hw.simulators.mock_backend:MockBackend",
+        "hw.simulators.mock_options:MockOptions",
         simulated=True,
-        summary="simulated rig: motor, gearbox, friction, sensors, a hand",
         timing="hw.simulators.mock_declared:timing",
         joint="hw.simulators.mock_declared:joint",
         force="hw.simulators.mock_declared:force",
     ),
     "playback": BackendInfo(
-        factory="hw.playback.backend:PlaybackBackend",
-        options="hw.playback.options:PlaybackOptions",
+        "hw.playback.backend:PlaybackBackend",
+        "hw.playback.options:PlaybackOptions",
         simulated=True,
-        summary="a recorded log (CSV) as the sensor stream",
         follows=False,
         timing="hw.playback.declared:timing",
         force="hw.playback.declared:force",
     ),
     "serial": BackendInfo(
-        factory="hw.serial.frame_backend:SerialBackend",
-        options="hw.serial.options:SerialOptions",
+        "hw.serial.frame_backend:SerialBackend",
+        "hw.serial.options:SerialOptions",
         simulated=False,
-        summary="a board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
         timing="hw.serial.declared:timing",
     ),
     "serial-described": BackendInfo(
-        factory="hw.serial.described_backend:DescribedBackend",
-        options="hw.serial.described_options:DescribedOptions",
+        "hw.serial.described_backend:DescribedBackend",
+        "hw.serial.described_options:DescribedOptions",
         simulated=False,
-        summary="a board on a serial port with a frame of its own, described in the rig file "
-        "(docs/serial-described.md)",
         timing="hw.serial.declared:described_timing",
     ),
     "serial-lines": BackendInfo(
-        factory="hw.serial.lines_backend:LinesBackend",
-        options="hw.serial.lines_options:LinesOptions",
+        "hw.serial.lines_backend:LinesBackend",
+        "hw.serial.lines_options:LinesOptions",
         simulated=False,
-        summary="a board on a serial port that prints and takes lines of text (docs/serial-lines.md)",
         timing="hw.serial.declared:lines_timing",
     ),
     "rokubi": BackendInfo(
-        factory="hw.force.serial_backend:make_rokubi",
-        options="hw.force.options:RokubiOptions",
-        simulated=False,
-        summary="force sensor: Bota Systems Rokubi, SensONE, LaxONE on a serial port",
+        "hw.force.serial_backend:make_rokubi", "hw.force.options:RokubiOptions", simulated=False
     ),
     "optoforce": BackendInfo(
-        factory="hw.force.serial_backend:make_optoforce",
-        options="hw.force.options:OptoForceOptions",
+        "hw.force.serial_backend:make_optoforce",
+        "hw.force.options:OptoForceOptions",
         simulated=False,
-        summary="force sensor: OptoForce / OnRobot DAQ on a serial port",
         force="hw.force.declared:optoforce",
     ),
     "rdt": BackendInfo(
-        factory="hw.force.rdt_backend:RdtBackend",
-        options="hw.force.options:RdtOptions",
-        simulated=False,
-        summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
-        network=True,
+        "hw.force.rdt_backend:RdtBackend", "hw.force.options:RdtOptions", simulated=False, network=True
     ),
     "can": BackendInfo(
-        factory="hw.can.board_backend:BoardBackend",
-        options="hw.can.board_options:BoardOptions",
+        "hw.can.board_backend:BoardBackend",
+        "hw.can.board_options:BoardOptions",
         simulated=False,
-        summary="a board on a CAN bus, by a field map or a DBC file",
         timing="hw.can.declared:board_timing",
         network=True,
     ),
     "odrive": BackendInfo(
-        factory="hw.can.drive_backend:OdriveBackend",
-        options="hw.can.options:OdriveOptions",
+        "hw.can.drive_backend:OdriveBackend",
+        "hw.can.options:OdriveOptions",
         simulated=False,
-        summary="ODrives over CAN Simple",
         timing="hw.can.declared:odrive_timing",
         network=True,
     ),
     "moteus": BackendInfo(
-        factory="hw.can.drive_backend:MoteusBackend",
-        options="hw.can.options:MoteusOptions",
+        "hw.can.drive_backend:MoteusBackend",
+        "hw.can.options:MoteusOptions",
         simulated=False,
-        summary="moteus controllers over CAN-FD",
         timing="hw.can.declared:moteus_timing",
         network=True,
     ),
     "cia402": BackendInfo(
-        factory="hw.can.drive_backend:Cia402Backend",
-        options="hw.can.options:Cia402Options",
+        "hw.can.drive_backend:Cia402Backend",
+        "hw.can.options:Cia402Options",
         simulated=False,
-        summary="CANopen drives (CiA 402) in cyclic synchronous torque",
         timing="hw.can.declared:cia402_timing",
         network=True,
     ),
@@ -182,6 +166,17 @@ def _resolve(target: str) -> Callable[..., Any]:
     return named
 
 
+def _asked(target: str, ask: Callable[[Callable[..., Any]], T], what: str = "") -> T:
+    """What asking a function of a device's package gives. Raises BackendError that names the function."""
+    function = _resolve(target)
+    try:
+        return ask(function)
+    except BackendError:
+        raise
+    except Exception as error:  # likewise
+        raise BackendError(f"{target}{what}: {_mistake(error)}") from error
+
+
 def _mistake(error: Exception) -> str:
     """A mistake in a package of somebody's, with the line: who has to mend it reads this."""
     at = traceback.extract_tb(error.__traceback__)[-1]
@@ -207,42 +202,56 @@ def channels(kind: str, options: Options, rig: Rig) -> Channels:
 
 
 def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
-    """What such a device declares of its delay, one per axis of `rig`; None where it declares nothing.
-
-    Raises BackendError for a declaration that is no such thing: the proof rests on it."""
+    """What such a device declares of its delay, one per axis of `rig`; None where it declares nothing. Raises
+    BackendError for a declaration that is no such thing: the proof rests on it."""
     target = lookup(kind).timing
-    if target is None:
-        return None
-    # a list: what a third party gives may be an iterator, which a check would use up
-    found = list(_resolve(target)(options, rig))
-    sound = len(found) == rig.n_axes and all(
-        isinstance(one, Timing) and all(math.isfinite(value) and value >= 0 for value in astuple(one))
-        for one in found
-    )
-    if not sound:
-        raise BackendError(f"{target} must give {rig.n_axes} Timing of finite numbers >= 0, not {found}")
-    return found
+    return None if target is None else _rows(target, Timing, options, rig)
 
 
 def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
-    """What such a device knows of its joints, one per axis of `rig`."""
+    """What such a device knows of its joints, one per axis of `rig`. Raises as `timing` does."""
     target = lookup(kind).joint
-    return [Joint()] * rig.n_axes if target is None else list(_resolve(target)(options, rig))
+    return [Joint()] * rig.n_axes if target is None else _rows(target, Joint, options, rig)
 
 
 def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
-    """What such a device declares of the way of a force; None where it does not know.
-
-    Raises BackendError for a declaration that is no such thing: the proof rests on it."""
+    """What such a device declares of the way of a force; None where it does not know. Raises as `timing`
+    does."""
     target = lookup(kind).force
-    found = None if target is None else _resolve(target)(options, rig)
-    if found is None:
-        return None
-    if not isinstance(found, ForceSensor) or not all(
-        math.isfinite(value) and value >= 0 for value in astuple(found)
-    ):
+    found = None if target is None else _asked(target, lambda ask: cast("object", ask(options, rig)))
+    if found is not None and not _sound(found, ForceSensor):
         raise BackendError(f"{target} must give a ForceSensor of finite numbers >= 0, not {found}")
+    return cast("ForceSensor | None", found)
+
+
+def _rows(target: str, sort: type[T], options: Options, rig: Rig) -> list[T]:
+    # a list: what a third party gives may be an iterator, which a check would use up
+    found = _asked(target, lambda ask: list(ask(options, rig)))
+    if len(found) != rig.n_axes or not all(_sound(one, sort) for one in found):
+        raise BackendError(f"{target} must give {rig.n_axes} {sort.__name__} {_RANGES[sort]}, not {found}")
     return found
+
+
+_RANGES = {
+    Timing: "of finite numbers >= 0",
+    Joint: 'of finite numbers >= 0, shares of 1 at most, and an encoder on "motor" or "link"',
+}
+
+
+def _sound(row: object, sort: type) -> bool:
+    """Whether a declaration is of its sort and within its ranges. NaN would pass every comparison that a
+    proof makes with it: `min(1.0, nan)` is 1.0, a rigid joint."""
+    if not isinstance(row, sort):
+        return False
+    if isinstance(row, Joint):
+        shares = (row.motor_share, row.dry_share, row.link_inertia_share)
+        if row.encoder not in ("motor", "link") or not all(_number(one) and one <= 1 for one in shares):
+            return False
+    return all(_number(value) for name, value in vars(row).items() if name != "encoder")
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, Real) and math.isfinite(value) and float(value) >= 0
 
 
 def examine(kind: str, options: Options) -> Sequence[Finding]:
@@ -252,18 +261,7 @@ def examine(kind: str, options: Options) -> Sequence[Finding]:
     target = lookup(kind).doctor
     if target is None:
         return ()
-    try:
-        found = [Finding(*one) for one in _resolve(target)(options)]
-    except (
-        OSError,
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        RuntimeError,
-        TypeError,
-        ValueError,
-    ) as error:
-        raise BackendError(f"{target}: {type(error).__name__}: {error}") from error
+    found = _asked(target, lambda ask: [Finding(*one) for one in ask(options)])
     if wrong := [one for one in found if one.status not in STATUSES]:
         raise BackendError(f"{target}: status {wrong[0].status!r}; there are {', '.join(STATUSES)}")
     return found
@@ -273,12 +271,4 @@ def create(kind: str, options: Options, rig: Rig) -> Backend:
     """Make the backend `kind`. `options` are validated ones. Does not open the device.
 
     Raises BackendError for one that cannot be made, whatever its code raises."""
-    target = lookup(kind).factory
-    make = _resolve(target)
-    try:
-        backend: Backend = make(options, rig)
-    except BackendError:
-        raise
-    except Exception as error:  # likewise
-        raise BackendError(f"{target} cannot be made: {_mistake(error)}") from error
-    return backend
+    return _asked(lookup(kind).factory, lambda make: cast("Backend", make(options, rig)), " cannot be made")

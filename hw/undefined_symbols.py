@@ -32,8 +32,7 @@ def undefined_symbols(code: bytes) -> set[str]:
         It is no 64-bit little-endian ELF file, or a damaged one."""
     # 64: the length of an ELF header; shorter, the offsets below would be read beyond its end
     if not code.startswith(_MAGIC) or len(code) < 64:
-        msg = "not an ELF file of 64 bits"
-        raise ValueError(msg)
+        raise ValueError("not an ELF file of 64 bits")
     (at,) = struct.unpack_from("<Q", code, 0x28)  # e_shoff
     (count,) = struct.unpack_from("<H", code, 0x3C)  # e_shnum
     # raises ValueError where the file ends before it: nothing behind a damaged file is read

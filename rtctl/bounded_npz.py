@@ -55,8 +55,7 @@ def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
 def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
     """The bytes of one member: no more than its head in the archive says."""
     if info.compress_type not in _PACKED:
-        msg = f"{info.filename} is packed by method {info.compress_type}"
-        raise ValueError(msg)
+        raise ValueError(f"{info.filename} is packed by method {info.compress_type}")
     # with a size: `archive.read` unpacks up to 2 GB at once, and only then cuts it to what the head says
     with archive.open(info) as member:
         return member.read(info.file_size)
@@ -69,16 +68,14 @@ def _array(data: bytes) -> np.ndarray:
     # 3.0 is for field names that are not Latin-1: no array of ours has such
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     if version not in read:
-        msg = f"array of version {version}"
-        raise ValueError(msg)
+        raise ValueError(f"array of version {version}")
     shape, by_columns, dtype = read[version](stream)
     if (
         dtype.hasobject
         or dtype.itemsize == 0
         or dtype.itemsize * math.prod(shape) != len(data) - stream.tell()
     ):
-        msg = f"an array that claims to be {dtype} {shape}"
-        raise ValueError(msg)
+        raise ValueError(f"an array that claims to be {dtype} {shape}")
     flat = np.frombuffer(data, dtype, offset=stream.tell())
     # a copy: what lies in `bytes` is read-only, and behind a head of any length not aligned
     return flat.reshape(shape, order="F" if by_columns else "C").copy()

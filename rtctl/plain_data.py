@@ -37,5 +37,4 @@ def as_data(value: object) -> Plain:
         return as_data(asdict(value))
     if hasattr(value, "tolist"):  # NumPy scalars and arrays
         return as_data(value.tolist())
-    msg = f"{type(value).__name__} is no data"
-    raise TypeError(msg)
+    raise TypeError(f"{type(value).__name__} is no data")

@@ -21,6 +21,8 @@ from hw.channels import READINGS, Reading
 from hw.motion import unit
 
 Kind = Literal["int", "float", "bits"]
+Shape = Literal["scalar", "axis", "xyz"]
+Writer = Literal["loop", "backend", "law"]
 
 MOST_AXES = 8
 """Axes of a rig, and of what claims to be recorded from one."""
@@ -34,9 +36,9 @@ class Field:
 
     name: str
     kind: Kind
-    shape: Literal["scalar", "axis", "xyz"]
+    shape: Shape
     unit: str
-    writer: Literal["loop", "backend", "law"]
+    writer: Writer
     meaning: str
 
     def dtype(self, n_axes: int) -> tuple[Any, ...]:
@@ -48,6 +50,10 @@ class Field:
 
 def _loop(name: str, unit: str, meaning: str) -> Field:
     return Field(name, "int", "scalar", unit, "loop", meaning)
+
+
+def _plain(name: str, kind: Kind, meaning: str, shape: Shape = "scalar", writer: Writer = "law") -> Field:
+    return Field(name, kind, shape, "1", writer, meaning)
 
 
 def _axis(name: str, unit: str, meaning: str) -> Field:
@@ -72,45 +78,22 @@ FIELDS: tuple[Field, ...] = (
     _loop("missed_ticks", "1", "grid slots skipped since the loop started"),
     _loop("waiver", "1", "1 while the rig runs without granted real-time rights"),
     # measured: written by the backend
-    Field(
-        "sample_count",
-        "int",
-        "scalar",
-        "1",
-        "backend",
-        "device sample counter; must advance for a fresh sample",
-    ),
-    Field(
-        "link_faults",
-        "bits",
-        "scalar",
-        "1",
-        "backend",
-        "faults of the link this cycle (hw.interface.LinkFault)",
-    ),
+    _plain("sample_count", "int", "device sample counter; must advance for a fresh sample", writer="backend"),
+    _plain("link_faults", "bits", "faults of the link this cycle (hw.interface.LinkFault)", writer="backend"),
     *(_reading(reading) for reading in READINGS),
     # command in force: copied by the law from the newest command
-    Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
-    Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),
-    Field("lease_held", "int", "scalar", "1", "law", "1 while a renderer holds the lease to send targets"),
-    Field(
-        "targets_refused",
-        "int",
-        "scalar",
-        "1",
-        "law",
-        "targets refused so far: void epoch, no lease, not finite",
-    ),
-    Field(
-        "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environments)"
-    ),
-    Field("display_kind", "int", "axis", "1", "law", "display in force (control.vocabulary.Display)"),
+    _plain("command_seq", "int", "sequence number of the command in force"),
+    _plain("target_age_ticks", "int", "ticks since the renderer's last target"),
+    _plain("lease_held", "int", "1 while a renderer holds the lease to send targets"),
+    _plain("targets_refused", "int", "targets refused so far: void epoch, no lease, not finite"),
+    _plain("environment_kind", "int", "virtual environment in force (control.environments)", shape="axis"),
+    _plain("display_kind", "int", "display in force (control.vocabulary.Display)", shape="axis"),
     _axis("mass_kgm2", "kg m^2", "virtual mass in force; 0 where an impedance is displayed"),
     _axis("mass_damping_nms_rad", "N m s/rad", "its damping in force, without what is injected"),
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
     _axis("friction_factor", "1", "factor of the learned friction that the feed-forward goes by, .7 to 1.1"),
     # estimates
-    Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),
+    _plain("sample_age_ticks", "int", "ticks since the last valid sample; 0 is fresh"),
     _axis("velocity_rad_s", "rad/s", "velocity from the positions, by the configured estimator"),
     _axis("velocity_difference_rad_s", "rad/s", "plain backward difference, as the coupling uses it"),
     _axis("motor_torque_nm", "N m", "torque of the motor at the link, from the measured current"),
@@ -165,8 +148,8 @@ FIELDS: tuple[Field, ...] = (
     ),
     _axis("injected_damping_nms_rad", "N m s/rad", "damping added by the passivity controller"),
     _axis("damping_torque_nm", "N m", "torque of that damping and of HOLD"),
-    Field("program_kind", "int", "axis", "1", "law", "excitation program in force (control.program), 0 none"),
-    Field("program_flags", "bits", "axis", "1", "law", "why the program ended in BRAKE (ProgramFlag)"),
+    _plain("program_kind", "int", "excitation program in force (control.program), 0 none", shape="axis"),
+    _plain("program_flags", "bits", "why the program ended in BRAKE (ProgramFlag)", shape="axis"),
     _axis("program_torque_nm", "N m", "torque of the excitation program, which replaces the law's others"),
     _axis("torque_wanted_nm", "N m", "sum of the law's torques, before authority and gate"),
     _axis(
@@ -199,17 +182,15 @@ FIELDS: tuple[Field, ...] = (
     _axis("running_gain", "1", "current measured over sent, likewise"),
     _axis("running_offset_nm", "N m", "torque that the current shows beyond what was sent, likewise"),
     # state
-    Field("state", "int", "scalar", "1", "law", "state of the machine (control.vocabulary.State)"),
-    Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),
-    Field("authority", "float", "scalar", "1", "law", "soft-start share of the torque, 0 to 1"),
-    Field(
-        "epoch", "int", "scalar", "1", "law", "increases at every stop; commands of an older epoch are void"
-    ),
-    Field("faults", "bits", "scalar", "1", "law", "faults present now (control.vocabulary.Fault)"),
-    Field("fault_first", "int", "scalar", "1", "law", "bit number of the latched first cause, -1 without"),
-    Field("gate_flags", "bits", "axis", "1", "law", "what the gate did to the torque (control.gate)"),
+    _plain("state", "int", "state of the machine (control.vocabulary.State)"),
+    _plain("enabled", "int", "1 when the actuator is to be enabled"),
+    _plain("authority", "float", "soft-start share of the torque, 0 to 1"),
+    _plain("epoch", "int", "increases at every stop; commands of an older epoch are void"),
+    _plain("faults", "bits", "faults present now (control.vocabulary.Fault)"),
+    _plain("fault_first", "int", "bit number of the latched first cause, -1 without"),
+    _plain("gate_flags", "bits", "what the gate did to the torque (control.gate)", shape="axis"),
     # integrity
-    Field("seal", "bits", "scalar", "1", "loop", "checksum of the row, last word; set when it is recorded"),
+    _plain("seal", "bits", "checksum of the row, last word; set when it is recorded", writer="loop"),
 )
 
 FIELD: dict[str, Field] = {field.name: field for field in FIELDS}
@@ -219,8 +200,7 @@ FIELD: dict[str, Field] = {field.name: field for field in FIELDS}
 def tick_dtype(n_axes: int = 1) -> np.dtype[np.void]:
     """Structured dtype of a tick of a rig with `n_axes` axes (little endian, 8-byte words throughout)."""
     if n_axes < 1:
-        msg = f"n_axes must be at least 1, not {n_axes}"
-        raise ValueError(msg)
+        raise ValueError(f"n_axes must be at least 1, not {n_axes}")
     return np.dtype([field.dtype(n_axes) for field in FIELDS])
 
 

@@ -25,15 +25,15 @@ from hw.can.board_tables import (
 from hw.can.load import Traffic
 from hw.can.options import BusUser
 from hw.interface import BackendError
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 
 
 class FrameOptions(Table):
     """What received and sent frames have in common."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    id: int = number(0, 0x1FFF_FFFF, "identifier")
     extended: bool = Field(False, description="an identifier of 29 bits")
-    length: int = Field(8, ge=1, le=64, description="bytes of the frame, its parts together")
+    length: int = number(1, 64, "bytes of the frame, its parts together", 8)
     checksum: ChecksumOptions | None = Field(None, description="none: only the bus' own")
 
     @property
@@ -53,12 +53,11 @@ class ReceivedFrameOptions(FrameOptions):
     """[[device.options.receive]]: a frame from the board."""
 
     required: bool = Field(True, description="a sample is fresh only with a new frame of this kind")
-    period_ms: float | None = Field(
+    period_ms: float | None = number(
+        0.05,
+        1e5,
+        "how often it comes; default: every period. Given for one that is not required, its silence counts",
         None,
-        ge=0.05,
-        le=1e5,
-        description="how often it comes; default: every period. Given for one that is not required, its "
-        "silence counts",
     )
     counter: BitsOptions | None = Field(None, description="counts up with every frame: no older one is taken")
     select: tuple[SelectOptions, ...] = Field(
@@ -80,21 +79,18 @@ class ReceivedFrameOptions(FrameOptions):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.parts and (sum(self.parts) != self.length or len(self.parts) < 2):
-            msg = (
+            raise ValueError(
                 f"parts {list(self.parts)} of a frame of {self.length} bytes: two or more that add up to "
                 "its length"
             )
-            raise ValueError(msg)
         # no part says which one it is: only the first is told, and only a checksum sees that one was lost
         if self.parts and not (self.select and self.checksum):
-            msg = (
+            raise ValueError(
                 "a frame in parts needs select (what its first part begins with) and checksum: a lost part "
                 "must be noticed"
             )
-            raise ValueError(msg)
         if self.counter is not None and self.counter.type == "float":
-            msg = f"counter of id 0x{self.id:x}: type uint or int, a count is a whole number"
-            raise ValueError(msg)
+            raise ValueError(f"counter of id 0x{self.id:x}: type uint or int, a count is a whole number")
         self._check([*self.field, *([self.counter] if self.counter else [])])
         have_room(self.select, self.on_wire[0])
         return self
@@ -116,12 +112,10 @@ class SentFrameOptions(FrameOptions):
         self._check(list(self.field))
         for name, data in (("enter", self.enter), ("idle", self.idle)):
             if data and len(data) != self.length:
-                msg = f"{name} has {len(data)} bytes, the frame {self.length}"
-                raise ValueError(msg)
+                raise ValueError(f"{name} has {len(data)} bytes, the frame {self.length}")
         # stopping sends zeros otherwise, which a drive that was switched on by bytes may not take for off
         if self.enter and not self.idle:
-            msg = "enter needs idle: what switches a drive on needs what switches it off"
-            raise ValueError(msg)
+            raise ValueError("enter needs idle: what switches a drive on needs what switches it off")
         return self
 
 
@@ -195,11 +189,9 @@ class BoardOptions(BusUser):
         lengths += [len(frame.data) for frame in (*self.start, *self.poll, *self.stop)]
         # the bit that asked for a frame is another one's in CAN FD (ISO 11898-1)
         if self.bus.fd and any(frame.remote for frame in (*self.start, *self.poll, *self.stop)):
-            msg = "CAN FD has no remote frames: ask by data, or bus.fd = false"
-            raise ValueError(msg)
+            raise ValueError("CAN FD has no remote frames: ask by data, or bus.fd = false")
         if not self.bus.fd and max(lengths) > 8:
-            msg = "frames longer than 8 bytes need bus.fd = true"
-            raise ValueError(msg)
+            raise ValueError("frames longer than 8 bytes need bus.fd = true")
         return self
 
     def _tell_apart(self) -> None:
@@ -212,5 +204,4 @@ class BoardOptions(BusUser):
                 msg = f"frames of id 0x{one.id:x} have different lengths, {one.length} and {other.length}"
                 raise ValueError(msg)
             if one.select == other.select:
-                msg = f"id 0x{one.id:x} is received twice: tell the frames apart by select"
-                raise ValueError(msg)
+                raise ValueError(f"id 0x{one.id:x} is received twice: tell the frames apart by select")

@@ -33,10 +33,8 @@ Bytes = Annotated[tuple[Annotated[int, Field(ge=0, le=255)], ...], Field(strict=
 class BitsOptions(Table):
     """Where a number lies in its frame."""
 
-    start_bit: int = Field(
-        ge=0, le=511, description="as a DBC counts: lowest bit (little endian) or highest (big endian)"
-    )
-    bits: int = Field(ge=1, le=64, description="width of the number")
+    start_bit: int = number(0, 511, "as a DBC counts: lowest bit (little endian) or highest (big endian)")
+    bits: int = number(1, 64, "width of the number")
     order: Literal["little", "big"] = Field("little", description="order of its bytes")
     type: Literal["uint", "int", "float"] = Field(
         "uint", description="unsigned, two's complement, or IEEE 754 of 32 or 64 bits"
@@ -59,7 +57,7 @@ class BitsOptions(Table):
 class SelectOptions(BitsOptions):
     """A number that tells one frame of an identifier from the others: a multiplexer, a node, a header."""
 
-    value: int = Field(ge=-(2**63), le=2**64 - 1, description="raw value in the frames that are meant")
+    value: int = number(-(2**63), 2**64 - 1, "raw value in the frames that are meant")
 
 
 class ReceivedField(BitsOptions):
@@ -68,7 +66,7 @@ class ReceivedField(BitsOptions):
     channel: Literal[
         "position", "velocity", "current", "force", "moment", "temperature", "estop", "fault", "enabled"
     ] = Field(description="what the number is")
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force and moment: 0, 1, 2 are x, y, z")
+    axis: int = number(0, 7, "axis of the rig; force and moment: 0, 1, 2 are x, y, z", 0)
     unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
     wrap_at: float | None = Field(
@@ -82,11 +80,9 @@ class ReceivedField(BitsOptions):
     def _sensible(self) -> Self:
         _unit_of(self.channel, self.unit)
         if self.wrap_at is not None and (self.wrap or self.channel != "position"):
-            msg = f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap")
         if self.wrap and (self.channel != "position" or self.type == "float"):
-            msg = "wrap is for a position of type uint or int"
-            raise ValueError(msg)
+            raise ValueError("wrap is for a position of type uint or int")
         return self
 
 
@@ -96,7 +92,7 @@ class SentField(BitsOptions):
     channel: Literal["current_command", "torque", "enable", "counter", "constant"] = Field(
         description="what the number is"
     )
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig")
+    axis: int = number(0, 7, "axis of the rig", 0)
     unit: Unit = Field("1", description="of the physical value")
     limit: float = number(1e-6, 1e6, "command: cut to this, in SI units, before it is encoded", 1e6)
     value: float = number(-1e12, 1e12, "constant: what is sent", 0.0)
@@ -112,29 +108,26 @@ class SentField(BitsOptions):
             return self  # refused with the frame, whose length is known
         field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
         if self.channel == "enable" and to_raw(field, 1.0) == to_raw(field, 0.0):
-            msg = (
+            raise ValueError(
                 f"enable: {self.bits} bits of type {self.type} with this scale and offset say the same for "
                 "on and off; one bit is of type uint"
             )
-            raise ValueError(msg)
         if self.channel in ("current_command", "torque"):
             least = self.scale * to_raw(field, 0.0) + self.offset
             # no raw number may be 0 exactly (a range that is offset by half a step): one step off is near
             # enough
             if abs(least) > abs(self.scale):
-                msg = (
+                raise ValueError(
                     f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset "
                     f"cannot say 0, only {least:g}"
                 )
-                raise ValueError(msg)
         return self
 
 
 def _unit_of(channel: str, unit: str) -> None:
     allowed = _UNITS.get(channel, ("1",))
     if unit not in allowed:
-        msg = f"unit {unit!r} of {channel}: one of {', '.join(allowed)}"
-        raise ValueError(msg)
+        raise ValueError(f"unit {unit!r} of {channel}: one of {', '.join(allowed)}")
 
 
 class ChecksumOptions(Table):
@@ -143,7 +136,7 @@ class ChecksumOptions(Table):
     kind: Literal["xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar"] = Field(
         description="how it is computed"
     )
-    byte: int = Field(ge=0, le=63, description="where it is; sum16: its high byte, the low one follows")
+    byte: int = number(0, 63, "where it is; sum16: its high byte, the low one follows")
 
     @property
     def end(self) -> int:
@@ -154,7 +147,7 @@ class ChecksumOptions(Table):
 class FixedOptions(Table):
     """A frame that is always the same: [[device.options.start]], poll, stop."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    id: int = number(0, 0x1FFF_FFFF, "identifier")
     extended: bool = Field(False, description="an identifier of 29 bits")
     data: Bytes = Field((), description="its bytes")
     remote: bool = Field(False, description="a remote frame: asks for the frame of this identifier; no data")
@@ -162,8 +155,7 @@ class FixedOptions(Table):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.remote and self.data:
-            msg = f"id 0x{self.id:x}: a remote frame carries no data"
-            raise ValueError(msg)
+            raise ValueError(f"id 0x{self.id:x}: a remote frame carries no data")
         possible(self.id, (len(self.data),), extended=self.extended)
         return self
 
@@ -171,12 +163,10 @@ class FixedOptions(Table):
 def possible(can_id: int, lengths: tuple[int, ...], *, extended: bool) -> None:
     """Refuse an identifier or a length that no CAN frame has."""
     if not extended and can_id > 0x7FF:
-        msg = f"id 0x{can_id:x} needs extended = true"
-        raise ValueError(msg)
+        raise ValueError(f"id 0x{can_id:x} needs extended = true")
     for length in lengths:
         if length not in FD_LENGTHS:
-            msg = f"length {length}: a frame has one of {FD_LENGTHS}"
-            raise ValueError(msg)
+            raise ValueError(f"length {length}: a frame has one of {FD_LENGTHS}")
 
 
 def have_room(fields: Sequence[BitsOptions], length: int) -> None:

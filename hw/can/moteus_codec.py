@@ -21,7 +21,8 @@ NOP = 0x50
 
 # read n registers from r on: 11 = one int8, 1F = three float, 1D = one float
 QUERY = bytes([0x11, 0x00, 0x1F, 0x01, 0x1D, 0x04, 0x1D, 0x0E, 0x11, 0x0F])
-"""Read: mode int8; position, velocity, torque f32; Q current f32; temperature f32; fault int8."""
+"""Read: mode int8; position, velocity, torque f32; Q current f32; temperature of the power stage (00E; the
+motor's, 00A, needs a thermistor and a setting of the drive) f32; fault int8."""
 
 # write: 01 = one int8, 0C = float, its count in the byte behind
 COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])

@@ -24,11 +24,9 @@ class BusOptions(Table):
         "socketcan", pattern=r"^[a-z][a-z0-9_]{0,31}$", description="as python-can names it"
     )
     channel: str = Field(min_length=1, max_length=200, description="can0, /dev/ttyACM0, ...")
-    bitrate: int = Field(
-        1_000_000, ge=10_000, le=1_000_000, description="bit/s; socketcan: as `ip link` set it"
-    )
+    bitrate: int = number(10_000, 1_000_000, "bit/s; socketcan: as `ip link` set it", 1_000_000)
     fd: bool = Field(False, description="CAN FD frames")
-    data_bitrate: int = Field(5_000_000, ge=10_000, le=8_000_000, description="FD: bit/s of the data phase")
+    data_bitrate: int = number(10_000, 8_000_000, "FD: bit/s of the data phase", 5_000_000)
     raw: bool = Field(True, description="socketcan, slcan: our own code in place of python-can's")
     # a tenth is left: frames that are sent again after an error need room, too
     load_limit: float = number(
@@ -112,8 +110,7 @@ class DriveOptions(BusUser):
             raise ValueError(msg)
         nodes = [axis.node for axis in axes]
         if len(set(nodes)) != len(nodes):
-            msg = f"axes must have different nodes, not {nodes}"
-            raise ValueError(msg)
+            raise ValueError(f"axes must have different nodes, not {nodes}")
         return self
 
 
@@ -121,7 +118,7 @@ class OdriveAxisOptions(AxisOptions):
     """[[device.options.axis]] of kind odrive."""
 
     # 63 is nobody's: every node hears it (ODrive's CAN protocol)
-    node: int = Field(ge=0, le=62, description="can.config.node_id")
+    node: int = number(0, 62, "can.config.node_id")
 
 
 class OdriveOptions(DriveOptions):
@@ -151,8 +148,7 @@ class OdriveOptions(DriveOptions):
     @model_validator(mode="after")
     def _classic(self) -> Self:
         if self.bus.fd and self.feedback == "request":
-            msg = "CAN FD has no remote frames: feedback = 'cyclic', or fd = false"
-            raise ValueError(msg)
+            raise ValueError("CAN FD has no remote frames: feedback = 'cyclic', or fd = false")
         return self
 
     @model_validator(mode="after")
@@ -160,25 +156,24 @@ class OdriveOptions(DriveOptions):
         """The heartbeat alone tells that the drive has let go; a lag of 20 cycles is a fault by itself."""
         rate_hz = (info.context or {}).get("rate_hz")
         if rate_hz and self.heartbeat_ms > max(20.0, 2e4 / rate_hz):
-            msg = (
+            raise ValueError(
                 f"heartbeat_ms {self.heartbeat_ms:g} must be at most {max(20.0, 2e4 / rate_hz):g} (20 "
                 "periods): a drive that lets go says so in its heartbeat only; set heartbeat_msg_rate_ms "
                 "on the drive and this"
             )
-            raise ValueError(msg)
         return self
 
 
 class MoteusAxisOptions(AxisOptions):
     """[[device.options.axis]] of kind moteus."""
 
-    node: int = Field(ge=1, le=127, description="id.id")
+    node: int = number(1, 127, "id.id")
 
 
 class MoteusOptions(DriveOptions):
     """[device.options] of kind moteus."""
 
-    source: int = Field(0, ge=0, le=126, description="id of this host")
+    source: int = number(0, 126, "id of this host", 0)
     time_to_live_ms: float = number(
         1, 100, "a command is obeyed this long without a new one; at most 10 periods are allowed", 10.0
     )
@@ -197,8 +192,7 @@ class MoteusOptions(DriveOptions):
     @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> Self:
         if not self.bus.fd:
-            msg = "bus.fd must be true: moteus speaks CAN FD only"
-            raise ValueError(msg)
+            raise ValueError("bus.fd must be true: moteus speaks CAN FD only")
         short_life(self.time_to_live_ms, info)
         return self
 
@@ -206,7 +200,7 @@ class MoteusOptions(DriveOptions):
 class Cia402AxisOptions(AxisOptions):
     """[[device.options.axis]] of kind cia402."""
 
-    node: int = Field(ge=1, le=127, description="CANopen node id")
+    node: int = number(1, 127, "CANopen node id")
     counts_per_turn: float = number(1, 1e9, "position units (6064) per turn of the shaft", 65536.0)
     velocity_units: float = number(
         0,
@@ -214,20 +208,17 @@ class Cia402AxisOptions(AxisOptions):
         "velocity units (606C) of one turn of the shaft per second, for channel velocity; 0: none",
         0.0,
     )
-    rated_torque_nm: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6076")
-    rated_current_a: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6075")
+    rated_torque_nm: float | None = number(1e-6, 1e5, "in place of object 6076", None)
+    rated_current_a: float | None = number(1e-6, 1e5, "in place of object 6075", None)
 
 
 class Cia402Options(DriveOptions):
     """[device.options] of kind cia402."""
 
-    source: int = Field(126, ge=1, le=127, description="node id of this host, for its heartbeat")
-    heartbeat_ms: int = Field(5, ge=1, le=1000, description="heartbeats of the host and of the drives")
-    time_to_live_ms: int = Field(
-        10,
-        ge=2,
-        le=1000,
-        description="the drives stop this long after the host's last heartbeat (object 1016)",
+    source: int = number(1, 127, "node id of this host, for its heartbeat", 126)
+    heartbeat_ms: int = number(1, 1000, "heartbeats of the host and of the drives", 5)
+    time_to_live_ms: int = number(
+        2, 1000, "the drives stop this long after the host's last heartbeat (object 1016)", 10
     )
     sdo_timeout_s: float = number(0.05, 10, "longest wait for an answer during set-up", 0.5)
     axis: tuple[Cia402AxisOptions, ...] = Field(min_length=1, max_length=8, strict=False)
@@ -245,16 +236,13 @@ class Cia402Options(DriveOptions):
     @model_validator(mode="after")
     def _heartbeats(self, info: ValidationInfo) -> Self:
         if self.time_to_live_ms < 2 * self.heartbeat_ms:
-            msg = (
+            raise ValueError(
                 f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms "
                 f"{self.heartbeat_ms}: one late heartbeat must not stop the drives"
             )
-            raise ValueError(msg)
         if len({axis.velocity_units > 0 for axis in self.axis}) > 1:
-            msg = "axis.velocity_units: give it for every axis, or leave it 0 for all"
-            raise ValueError(msg)
+            raise ValueError("axis.velocity_units: give it for every axis, or leave it 0 for all")
         if self.source in [axis.node for axis in self.axis]:
-            msg = f"source {self.source} is also the node of a drive"
-            raise ValueError(msg)
+            raise ValueError(f"source {self.source} is also the node of a drive")
         short_life(self.time_to_live_ms, info)
         return self

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from hw.force import axes, optoforce, rdt, rokubi
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import whole
 
 # cross-talk and signs, and the lever of a tool; a unit goes into counts_per_n
@@ -32,21 +32,17 @@ class SensorOptions(Table):
         description="moment about the sensor's origin = moment_matrix . sensor's moment; default: turned and "
         "mirrored as matrix does",
     )
-    open_timeout_s: float = Field(
-        1.0, ge=0, le=10, description="wait for the first sample when opening; 0: do not wait"
-    )
+    open_timeout_s: float = number(0, 10, "wait for the first sample when opening; 0: do not wait", 1.0)
 
     @model_validator(mode="after")
     def _senses(self) -> SensorOptions:
         # a hand that pushes such a rig would not be felt, and nothing would tell
         if not any(any(row) for row in self.matrix):
-            msg = "matrix is all zeros: every force would be 0"
-            raise ValueError(msg)
+            raise ValueError("matrix is all zeros: every force would be 0")
         if self.moments and self.moment_matrix is None and not axes.only_turns(self.matrix):
             raise ValueError(axes.NOT_TOLD)
         if self.moments and self.moment_matrix is not None and not any(map(any, self.moment_matrix)):
-            msg = "moment_matrix is all zeros: every moment would be 0"
-            raise ValueError(msg)
+            raise ValueError("moment_matrix is all zeros: every moment would be 0")
         return self
 
 
@@ -63,7 +59,7 @@ class SerialSensorOptions(SensorOptions):
 class RokubiOptions(SerialSensorOptions):
     """[device.options] of kind rokubi: Bota Systems' serial sensors."""
 
-    baud: int = Field(rokubi.BAUD, ge=9600, le=4_000_000, description="bit rate of the port, bit/s")
+    baud: int = number(9600, 4_000_000, "bit rate of the port, bit/s", rokubi.BAUD)
     stop_at_close: bool = Field(
         default=False,
         description="leave the sensor silent in its configuration mode; the next start wakes it",
@@ -73,9 +69,9 @@ class RokubiOptions(SerialSensorOptions):
 class OptoForceOptions(SerialSensorOptions):
     """[device.options] of kind optoforce: the OptoForce / OnRobot DAQ."""
 
-    baud: int = Field(optoforce.BAUD, ge=9600, le=4_000_000, description="bit rate of the port, bit/s")
+    baud: int = number(9600, 4_000_000, "bit rate of the port, bit/s", optoforce.BAUD)
     layout: Literal["3-axis", "6-axis", "4x3-axis"] = Field("3-axis", description="kind of sensor at the DAQ")
-    sensor: int = Field(1, ge=1, le=4, description="which of the four, with layout 4x3-axis")
+    sensor: int = number(1, 4, "which of the four, with layout 4x3-axis", 1)
     counts_per_n: tuple[Counts, Counts, Counts] = Field(
         strict=False, description="sensitivity of x, y, z from the sensor's own data sheet"
     )
@@ -93,8 +89,7 @@ class OptoForceOptions(SerialSensorOptions):
     @model_validator(mode="after")
     def _one_sensor(self) -> OptoForceOptions:
         if self.sensor != 1 and self.layout != "4x3-axis":
-            msg = f"sensor {self.sensor}: only layout '4x3-axis' has more than one"
-            raise ValueError(msg)
+            raise ValueError(f"sensor {self.sensor}: only layout '4x3-axis' has more than one")
         # the default of counts_per_nm is no sensor's: moments by it would be wrong by an unknown factor
         if self.moments and (self.layout != "6-axis" or "counts_per_nm" not in self.model_fields_set):
             msg = "moments: need layout = '6-axis' and counts_per_nm, from the sensor's own data sheet"
@@ -106,12 +101,10 @@ class RdtOptions(SensorOptions):
     """[device.options] of kind rdt: ATI Net F/T and Axia, OnRobot HEX, Schunk, over UDP."""
 
     host: str = Field(min_length=1, max_length=253, description="address of the sensor")
-    port: int = Field(rdt.PORT, ge=1, le=65535, description="UDP port of the sensor")
+    port: int = number(1, 65535, "UDP port of the sensor", rdt.PORT)
     counts_per_n: Counts = Field(
         1e6, description="from the sensor's configuration page; ATI usually 1000000, OnRobot HEX 10000"
     )
     counts_per_nm: Counts = Field(1e6, description='likewise, "counts per torque" in N m')
     # at least 2 ms: at 1 kHz a record may miss a cycle by the network's own delay
-    lost_after_s: float = Field(
-        0.02, ge=0.002, le=1.0, description="silence after which the sensor counts as lost"
-    )
+    lost_after_s: float = number(0.002, 1.0, "silence after which the sensor counts as lost", 0.02)

@@ -16,14 +16,14 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hw.fault_options import SampleFaults
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import real
 
 # eleven days
 MAX_DURATION_S = 1e6
 
-Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
-Offset = Annotated[float, Field(ge=-1e15, le=1e15, description="subtracted from the raw value, in its unit")]
+Scale = Annotated[float, number(-1e9, 1e9, "factor; negative turns the sign")]
+Offset = Annotated[float, number(-1e15, 1e15, "subtracted from the raw value, in its unit")]
 
 
 _UNIT = "unit of the column in the file"
@@ -42,8 +42,7 @@ class Column(Table):
     def _no_zero_scale(self) -> Self:
         # nothing else would say so: a log of zeros reads well, and rests
         if self.scale == 0:
-            msg = f"scale of column {self.column!r} is 0: every sample would be 0"
-            raise ValueError(msg)
+            raise ValueError(f"scale of column {self.column!r} is 0: every sample would be 0")
         return self
 
 
@@ -99,8 +98,7 @@ class AxisColumns(Table):
     @model_validator(mode="after")
     def _one_motor_signal(self) -> Self:
         if self.current is not None and self.motor_torque is not None:
-            msg = "give current or motor_torque, not both: one follows from the other"
-            raise ValueError(msg)
+            raise ValueError("give current or motor_torque, not both: one follows from the other")
         return self
 
 
@@ -120,16 +118,16 @@ class PlaybackOptions(Table):
         None, description="decimal mark of numbers in text; default: a comma where it delimits nothing"
     )
     time: TimeColumn | None = Field(None, description="needed unless rate_hz is given")
-    rate_hz: float | None = Field(None, ge=1, le=1e6, description="rate of a log without a time column")
+    rate_hz: float | None = number(1, 1e6, "rate of a log without a time column", None)
     axis: tuple[AxisColumns, ...] = Field(min_length=1, max_length=8, strict=False)
     force: tuple[ForceColumn, ForceColumn, ForceColumn] | None = Field(
         None, strict=False, description="force of the hand on the tip, sensor axes x, y, z"
     )
     loop: bool = Field(False, description="start over at the end; see docs/playback.md about the seam")
-    start_s: float = Field(0.0, ge=0, le=MAX_DURATION_S, description="skip this much of the log")
+    start_s: float = number(0, MAX_DURATION_S, "skip this much of the log", 0.0)
     faults: SampleFaults = ()
-    seed: int = Field(1, ge=0, le=2**63 - 1, description="of the chance of scripted faults")
-    end_s: float | None = Field(None, ge=0, le=MAX_DURATION_S, description="stop here; default: the end")
+    seed: int = number(0, 2**63 - 1, "of the chance of scripted faults", 1)
+    end_s: float | None = number(0, MAX_DURATION_S, "stop here; default: the end", None)
 
     @field_validator("file")
     @classmethod
@@ -138,30 +136,25 @@ class PlaybackOptions(Table):
         path = real(Path(context.get("folder", Path()), text).expanduser())
         if not path.is_file():
             inside = sorted(each.name for each in path.iterdir())[:5] if path.is_dir() else []
-            msg = (
+            raise ValueError(
                 f"{path} is a folder: give a file in it ({', '.join(inside)})"
                 if inside
                 else f"no file {path}"
             )
-            raise ValueError(msg)
         return str(path)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         # both would contradict each other sooner or later; with neither nothing is known of speed
         if (self.time is None) == (self.rate_hz is None):
-            msg = "give either a time column or rate_hz"
-            raise ValueError(msg)
+            raise ValueError("give either a time column or rate_hz")
         if self.end_s is not None and self.end_s <= self.start_s:
-            msg = f"end_s {self.end_s} must be after start_s {self.start_s}"
-            raise ValueError(msg)
+            raise ValueError(f"end_s {self.end_s} must be after start_s {self.start_s}")
         for name in ("hand_torque", "current", "motor_torque", "velocity"):
             given = [getattr(axis, name) is not None for axis in self.axis]
             # an axis without a column would be one of zeros, and the law is of all axes at once
             if any(given) and not all(given):
-                msg = f"{name} must be given for every axis, or for none"
-                raise ValueError(msg)
+                raise ValueError(f"{name} must be given for every axis, or for none")
         if self.force is not None and self.axis[0].hand_torque is not None:
-            msg = "give force or hand_torque, not both: one follows from the other"
-            raise ValueError(msg)
+            raise ValueError("give force or hand_torque, not both: one follows from the other")
         return self

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.serial.checksums import SIZE
 from hw.serial.described_plan import MEASURED, PER_AXIS, TYPES
 from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
@@ -22,10 +22,8 @@ class FieldOptions(NumberOptions):
     """One number of a frame."""
 
     type: Type = Field(description="u unsigned, i two's complement, f IEEE 754; bits")
-    offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from the start of the frame")
-    wrap_bits: int = Field(
-        0, ge=0, le=32, description="position: width of the counter, if narrower than its type"
-    )
+    offset: int = number(0, LENGTH_MAX - 1, "first byte, from the start of the frame")
+    wrap_bits: int = number(0, 32, "position: width of the counter, if narrower than its type", 0)
 
     @property
     def end(self) -> int:
@@ -37,27 +35,23 @@ class FieldOptions(NumberOptions):
         name = self.name
         # bits and counts of a float are none: `raw` would be cut off to a whole number without a word
         if self.type == "f32" and name not in UNITS:
-            msg = f"type 'f32' of {name!r}: whole numbers only"
-            raise ValueError(msg)
+            raise ValueError(f"type 'f32' of {name!r}: whole numbers only")
         if (name in SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
-            msg = (
+            raise ValueError(
                 f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their "
                 "type, others none"
             )
-            raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
             raise ValueError(msg)
         # both follow the position through its wraps, by value and by count: one would undo the other
         if self.wrap_at is not None and self.wrap_bits:
-            msg = f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it")
         if name in ("current_command", "torque") and not self._says_zero():
-            msg = (
+            raise ValueError(
                 f"zero {self.zero:g} of {name!r}: no number of type {self.type!r}, so a command of 0 cannot "
                 "be sent"
             )
-            raise ValueError(msg)
         return self
 
     def _says_zero(self) -> bool:
@@ -83,7 +77,7 @@ class CommandField(FieldOptions):
 class ConstantOptions(Table):
     """Bytes that are always the same."""
 
-    offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from 0")
+    offset: int = number(0, LENGTH_MAX - 1, "first byte, from 0")
     bytes: Bytes = Field(min_length=1, max_length=LENGTH_MAX, description="what stands there")
 
 
@@ -91,12 +85,12 @@ class FrameOptions(Table):
     """A frame of fixed length: sync bytes first; checksum last, or before a tail."""
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")
-    length: int = Field(ge=3, le=LENGTH_MAX, description="of the whole frame, sync and checksum included")
+    length: int = number(3, LENGTH_MAX, "of the whole frame, sync and checksum included")
     endian: Literal["little", "big"] = Field("little", description="order of the bytes of a number")
     checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"] = Field(
         description="how its last bytes (or those before the tail) are computed"
     )
-    checksum_from: int = Field(0, ge=0, le=LENGTH_MAX - 1, description="first byte it covers")
+    checksum_from: int = number(0, LENGTH_MAX - 1, "first byte it covers", 0)
     checksum_endian: Literal["little", "big"] | None = Field(None, description="default: that of the frame")
     tail: Bytes = Field((), max_length=SYNC_MAX, description="bytes behind the checksum, always the same")
     constant: Annotated[tuple[ConstantOptions, ...], Field(strict=False)] = Field((), max_length=16)
@@ -110,15 +104,13 @@ class FrameOptions(Table):
     def _everything_has_a_place(self) -> Self:
         end = self.length - SIZE[self.checksum] - len(self.tail)
         if self.checksum_from >= end:
-            msg = (
+            raise ValueError(
                 f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover "
                 "bytes before it"
             )
-            raise ValueError(msg)
         taken = dict.fromkeys(range(len(self.sync)), "sync")
         if len(self.sync) > end:
-            msg = f"length {self.length}: no room for sync and checksum"
-            raise ValueError(msg)
+            raise ValueError(f"length {self.length}: no room for sync and checksum")
         places = [(f"constant at {c.offset}", c.offset, c.offset + len(c.bytes)) for c in self.constant]
         switches = [field for field in self.fields if field.name in SWITCHES]
         numbers = [field for field in self.fields if field.name not in SWITCHES]
@@ -142,12 +134,10 @@ def _place(taken: dict[int, str], places: Iterable[tuple[str, int, int]], end: i
     """Refuse what overlaps or stands beyond `end`, where the checksum begins."""
     for label, first, after in places:
         if after > end:
-            msg = f"{label} ends at byte {after - 1}; the checksum begins at byte {end}"
-            raise ValueError(msg)
+            raise ValueError(f"{label} ends at byte {after - 1}; the checksum begins at byte {end}")
         for at in range(first, after):
             if at in taken:
-                msg = f"{label} overlaps {taken[at]} at byte {at}"
-                raise ValueError(msg)
+                raise ValueError(f"{label} overlaps {taken[at]} at byte {at}")
             taken[at] = label
 
 
@@ -156,8 +146,7 @@ def _once(fields: tuple[FieldOptions, ...]) -> None:
     for field in fields:
         key = _label(field)
         if key in seen:
-            msg = f"{key} is given twice"
-            raise ValueError(msg)
+            raise ValueError(f"{key} is given twice")
         seen.add(key)
 
 
@@ -170,8 +159,7 @@ class SampleOptions(FrameOptions):
     def _complete(self) -> Self:
         _once(self.field)
         if not {field.channel for field in self.field} & set(MEASURED):
-            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
-            raise ValueError(msg)
+            raise ValueError(f"field: nothing is measured: one of {', '.join(MEASURED)} is needed")
         return self
 
 
@@ -199,6 +187,6 @@ class DescribedOptions(AskedOptions):
 
     sample: SampleOptions
     command: CommandOptions | None = Field(None, description="none: a sensor")
-    identity: int | None = Field(
-        None, ge=0, le=2**32 - 1, description="value the identity field must have; default: the first one met"
+    identity: int | None = number(
+        0, 2**32 - 1, "value the identity field must have; default: the first one met", None
     )

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hw.option_tables import Table, short_life
+from hw.option_tables import Table, number, short_life
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
 from hw.serial.number_options import SWITCHES, NumberOptions, ToldChannel, require_one_command
@@ -25,10 +25,8 @@ class LineSampleField(NumberOptions):
     start_over: ClassVar[tuple[str, ...]] = ("position", "sequence")
 
     channel: ToldChannel = Field(description="what the number is")
-    column: int = Field(ge=0, le=63, description="which number of the line, from 0")
-    decimals: int | None = Field(
-        None, ge=0, le=9, description="digits behind the point, exactly: a lost character is noticed"
-    )
+    column: int = number(0, 63, "which number of the line, from 0")
+    decimals: int | None = number(0, 9, "digits behind the point, exactly: a lost character is noticed", None)
 
     @model_validator(mode="after")
     def _fits_its_channel(self) -> Self:
@@ -36,8 +34,7 @@ class LineSampleField(NumberOptions):
             msg = f"mask {self.mask:#x} of {self.channel!r}: estop, fault and enabled need bits, others none"
             raise ValueError(msg)
         if self.decimals and self.channel in (*SWITCHES, "sequence"):
-            msg = f"decimals of {self.channel!r}: whole numbers only"
-            raise ValueError(msg)
+            raise ValueError(f"decimals of {self.channel!r}: whole numbers only")
         if self.channel == "sequence" and self.wrap_at and not self.wrap_at.is_integer():
             msg = f"wrap_at {self.wrap_at:g} of 'sequence': a whole number, 65536 of a counter of 16 bits"
             raise ValueError(msg)
@@ -49,18 +46,17 @@ class LineCommandField(NumberOptions):
 
     channel: CommandChannel = Field(description="what the number is")
     prefix: Text = Field("", description="what stands before the number")
-    decimals: int = Field(4, ge=0, le=9, description="digits behind the point; the rest is cut off, toward 0")
-    limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
+    decimals: int = number(0, 9, "digits behind the point; the rest is cut off, toward 0", 4)
+    limit: float = number(1e-6, 1e6, "in the unit: larger commands are cut to it", 1e6)
 
     @model_validator(mode="after")
     def _says_zero(self) -> Self:
         # a zero with more digits than are written is rounded: torque from a motor that is sent 0
         if round(self.zero, self.decimals) != self.zero:
-            msg = (
+            raise ValueError(
                 f"zero {self.zero:g} of {self.channel!r} has more than {self.decimals} decimals: a command "
                 "of 0 cannot be sent"
             )
-            raise ValueError(msg)
         return self
 
 
@@ -71,7 +67,7 @@ class LineSampleOptions(Table):
         "", description="what a line of numbers begins with; all other lines are passed over"
     )
     separator: Literal[",", ";", ":", "\t", " "] = Field(",", description="' ': any run of blanks and tabs")
-    columns: int = Field(ge=1, le=64, description="numbers of a line, exactly")
+    columns: int = number(1, 64, "numbers of a line, exactly")
     checksum: Checksum = Field(
         "none", description="nmea: '*' and the exclusive or of what stands before, two digits"
     )
@@ -82,28 +78,25 @@ class LineSampleOptions(Table):
         names = [(field.channel, field.axis, field.component) for field in self.field]
         for field in self.field:
             if field.column >= self.columns:
-                msg = (
+                raise ValueError(
                     f"column {field.column} of {field.channel!r}: the line has columns 0 to "
                     f"{self.columns - 1}"
                 )
-                raise ValueError(msg)
             if names.count((field.channel, field.axis, field.component)) > 1:
-                msg = (
+                raise ValueError(
                     f"field {field.channel!r} of axis {field.axis}, component {field.component} is given "
                     "twice"
                 )
-                raise ValueError(msg)
         if not {field.channel for field in self.field} & set(MEASURED):
-            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
-            raise ValueError(msg)
+            raise ValueError(f"field: nothing is measured: one of {', '.join(MEASURED)} is needed")
         return self
 
 
 class LineCommandOptions(Table):
     """[device.options.command]: the line the board is sent, once per cycle."""
 
-    time_to_live_ms: float = Field(
-        ge=1, le=100, description="the board lets go this long after its last line: by its own watchdog"
+    time_to_live_ms: float = number(
+        1, 100, "the board lets go this long after its last line: by its own watchdog"
     )
     checksum: Checksum = Field("none", description="as that of the sample")
     enter: Text = Field("", description="line sent in place of the first command after arming")
@@ -117,8 +110,7 @@ class LineCommandOptions(Table):
         require_one_command({field.channel for field in self.field}, bool(self.enter), bool(self.idle))
         short_life(self.time_to_live_ms, info)
         if sum(len(field.prefix) + 12 + field.decimals for field in self.field) > LINE_MAX:
-            msg = f"field: the line may come to more than {LINE_MAX} characters"
-            raise ValueError(msg)
+            raise ValueError(f"field: the line may come to more than {LINE_MAX} characters")
         return self
 
 

@@ -11,45 +11,16 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 
 Unit = Literal[
-    "counts",
-    "rad",
-    "deg",
-    "rev",
-    "counts/s",
-    "rad/s",
-    "deg/s",
-    "rev/s",
-    "rpm",
-    "A",
-    "mA",
-    "N",
-    "mN",
-    "N m",
-    "mN m",
-    "degC",
-    "m",
-    "mm",
-    "um",
-    "m/s",
-    "mm/s",
-    "kN",
-    "",
-]
+    "counts", "rad", "deg", "rev", "counts/s", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N", "mN",
+    "N m", "mN m", "degC", "m", "mm", "um", "m/s", "mm/s", "kN", ""
+]  # fmt: skip
 ToldChannel = Literal[
-    "position",
-    "velocity",
-    "current",
-    "force",
-    "moment",
-    "temperature",
-    "estop",
-    "sequence",
-    "fault",
-    "enabled",
-]
+    "position", "velocity", "current", "force", "moment", "temperature", "estop", "sequence", "fault",
+    "enabled"
+]  # fmt: skip
 """What a number of a frame or a line may be."""
 SampleChannel = Literal[ToldChannel, "identity"]
 
@@ -72,11 +43,11 @@ class NumberOptions(Table):
     start_over: ClassVar[tuple[str, ...]] = ("position",)
     """Channels that may have a `wrap_at`."""
 
-    axis: int = Field(0, ge=0, le=7, description="which joint, from 0")
-    component: int = Field(0, ge=0, le=2, description="force, moment: 0 x, 1 y, 2 z")
+    axis: int = number(0, 7, "which joint, from 0", 0)
+    component: int = number(0, 2, "force, moment: 0 x, 1 y, 2 z", 0)
     unit: Unit = Field("", description="what one step of the scale is")
-    scale: float = Field(1.0, ge=-1e9, le=1e9, description="units per wire step; negative turns the sign")
-    zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")
+    scale: float = number(-1e9, 1e9, "units per wire step; negative turns the sign", 1.0)
+    zero: float = number(-1e12, 1e12, "number on the wire that means 0", 0.0)
     wrap_at: float | None = Field(
         None,
         gt=0,
@@ -84,9 +55,7 @@ class NumberOptions(Table):
         description="position: it starts over after this much, in its unit: 360 (deg); sequence of a line: "
         "so does the counter, default 2^32",
     )
-    mask: int = Field(
-        0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
-    )
+    mask: int = number(0, 2**32 - 1, "estop, fault, enabled, enable: the bits that say so", 0)
     invert: bool = Field(False, description="estop, fault, enabled, enable: they say so when 0")
 
     @property
@@ -102,11 +71,9 @@ class NumberOptions(Table):
             raise ValueError(msg)
         # for commands, too: what is sent is divided by it
         if self.scale == 0:
-            msg = f"scale of {name!r} is 0: every value would be 0"
-            raise ValueError(msg)
+            raise ValueError(f"scale of {name!r} is 0: every value would be 0")
         if self.wrap_at is not None and name not in self.start_over:
-            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a {' or a '.join(self.start_over)}"
-            raise ValueError(msg)
+            raise ValueError(f"wrap_at {self.wrap_at:g} of {name!r}: for a {' or a '.join(self.start_over)}")
         return self
 
 
@@ -114,8 +81,6 @@ def require_one_command(channels: set[str], enter: bool, idle: bool) -> None:
     """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what
     switches it off."""
     if len(channels & {"torque", "current_command"}) != 1:
-        msg = "field: either torque or current_command is needed, for every axis"
-        raise ValueError(msg)
+        raise ValueError("field: either torque or current_command is needed, for every axis")
     if enter and not idle:
-        msg = "enter needs idle: what switches a drive on needs what switches it off"
-        raise ValueError(msg)
+        raise ValueError("enter needs idle: what switches a drive on needs what switches it off")

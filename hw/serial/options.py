@@ -12,7 +12,7 @@ from pydantic import (
     model_validator,
 )
 
-from hw.option_tables import Table
+from hw.option_tables import Table, number
 from hw.outside import whole
 
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -30,16 +30,16 @@ class PortOptions(Table):
         description="path of the port; /dev/serial/by-id/... stays with the board",
     )
     # 12 Mbit/s is what bridges of high-speed USB reach (FT232H); 9600 are 960 bytes a second
-    baud: int = Field(921_600, ge=9600, le=12_000_000, description="bit rate; USB boards ignore it")
-    open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience at start, for a board that boots")
-    reopen_timeout_s: float = Field(
-        0.2, ge=0.01, le=10, description="patience after a re-plug: the loop waits meanwhile, and tries again"
+    baud: int = number(9600, 12_000_000, "bit rate; USB boards ignore it", 921_600)
+    open_timeout_s: float = number(0.1, 30, "patience at start, for a board that boots", 3.0)
+    reopen_timeout_s: float = number(
+        0.01, 10, "patience after a re-plug: the loop waits meanwhile, and tries again", 0.2
     )
-    rate_hz: float | None = Field(
+    rate_hz: float | None = number(
+        1,
+        100_000,
+        "samples a second the board sends; default: [[device]] rate_hz, or one in every cycle",
         None,
-        ge=1,
-        le=100_000,
-        description="samples a second the board sends; default: [[device]] rate_hz, or one in every cycle",
     )
 
     @model_validator(mode="before")
@@ -72,7 +72,7 @@ class AxisOptions(Table):
     position_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: counts fall as the joint angle rises"
     )
-    position_offset_rad: float = Field(0.0, ge=-1e3, le=1e3, description="joint angle at count 0")
+    position_offset_rad: float = number(-1e3, 1e3, "joint angle at count 0", 0.0)
     motor_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: a positive current (or torque) of the board drives the joint to smaller angles"
     )
@@ -98,11 +98,8 @@ class SerialOptions(PortOptions):
         "current", description="torque: the board does its own current"
     )
     # of what length its cycles are, the board says when it is opened: the bounds in s are held there
-    time_to_live_cycles: int = Field(
-        10,
-        ge=1,
-        le=255,
-        description="board cycles a command is held without a new one; 2 to 10 periods of the loop",
+    time_to_live_cycles: int = number(
+        1, 255, "board cycles a command is held without a new one; 2 to 10 periods of the loop", 10
     )
     axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)
 
@@ -110,14 +107,12 @@ class SerialOptions(PortOptions):
     @classmethod
     def _once(cls, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
         if len(set(channels)) != len(channels):
-            msg = f"channels {list(channels)}: each at most once"
-            raise ValueError(msg)
+            raise ValueError(f"channels {list(channels)}: each at most once")
         return channels
 
     @field_validator("axis")
     @classmethod
     def _some(cls, tables: tuple[AxisOptions, ...]) -> tuple[AxisOptions, ...]:
         if not 1 <= len(tables) <= 8:
-            msg = f"needs 1 to 8 tables, not {len(tables)}"
-            raise ValueError(msg)
+            raise ValueError(f"needs 1 to 8 tables, not {len(tables)}")
         return tables

@@ -46,12 +46,10 @@ class CurrentLoopOptions(Table):
     def _one(self) -> CurrentLoopOptions:
         # they are one number, 1 / (2 pi f): two of them would contradict each other
         if (self.bandwidth_hz > 0) == (self.time_constant_s > 0):
-            msg = "current_loop: give bandwidth_hz or time_constant_s, one of them, above 0"
-            raise ValueError(msg)
+            raise ValueError("current_loop: give bandwidth_hz or time_constant_s, one of them, above 0")
         # slower by .16 s and more than what is asked of it: no current loop, but a number in kHz
         if 0 < self.bandwidth_hz < 1:
-            msg = f"bandwidth_hz {self.bandwidth_hz}: must be at least 1"
-            raise ValueError(msg)
+            raise ValueError(f"bandwidth_hz {self.bandwidth_hz}: must be at least 1")
         return self
 
 
@@ -105,15 +103,12 @@ class DriftOptions(Table):
             times = [row[0] for row in table]
             # `mock_drift.between` divides by the time between two points
             if any(after <= before for before, after in pairwise(times)):
-                msg = f"{name}: times must rise, not {times}"
-                raise ValueError(msg)
+                raise ValueError(f"{name}: times must rise, not {times}")
         return self
 
 
 class TimingOptions(Table):
     """[device.options.timing]: a slow device."""
 
-    sample_every_ticks: int = Field(
-        1, ge=1, le=16, description="a fresh sample only so often; else the last one"
-    )
+    sample_every_ticks: int = number(1, 16, "a fresh sample only so often; else the last one", 1)
     transport_delay_ticks: float = number(0, 16, "until a current acts, any fraction", 0.0)

@@ -50,7 +50,7 @@ class FrictionOptions(Table):
         description="elasto_plastic does not creep under vibration below break-away; "
         "gms: Maxwell-slip elements",
     )
-    elements: int = Field(default=8, ge=2, le=ELEMENTS, description="gms: how many")
+    elements: int = number(2, ELEMENTS, "gms: how many", 8)
     coulomb_nm: float = number(1e-6, 1e3, "F_c: Coulomb friction", 0.25)
     breakaway_nm: float = number(1e-6, 1e3, "F_s: break-away torque", 0.35)
     stribeck_rad_s: float = number(1e-6, 1e2, "v_s: Stribeck speed", 0.1)
@@ -82,7 +82,7 @@ class AxisOptions(Table):
 
     inertia_kgm2: float = number(1e-9, 1e3, "true inertia at the link", 0.012)
     torque_scale: float = number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
-    torque_delay_ticks: int = Field(default=0, ge=0, le=16, description="whole periods until a current acts")
+    torque_delay_ticks: int = number(0, 16, "whole periods until a current acts", 0)
     current_max_a: float = number(1e-3, 1e4, "saturation of the amplifier", 20.0)
     current_noise_a: float = number(0, 100, "Hall sensor: standard deviation", 0.0)
     current_bias_a: float = number(-100, 100, "Hall sensor: bias", 0.0)
@@ -90,7 +90,7 @@ class AxisOptions(Table):
     encoder_rounds: bool = Field(
         default=False, description="false: counts truncate downward, as real ones do"
     )
-    encoder_bits: int = Field(default=0, ge=0, le=32, description="width of its counter; 0: endless")
+    encoder_bits: int = number(0, 32, "width of its counter; 0: endless", 0)
     ripple_nm: float = number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
     ripple_order: float = number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
     start_position_rad: float = number(-1e3, 1e3, "joint angle at the first tick", 0.0)
@@ -109,11 +109,10 @@ class AxisOptions(Table):
         # the sum of sizes: at some place waves of unlike orders are all at their least together, or nearly
         total = abs(self.friction.modulation_share) + sum(abs(share) for share, _, _ in waves)
         if total > MODULATION_MAX:
-            msg = (
+            raise ValueError(
                 f"waves.friction with friction.modulation_share adds up to {total:g}; at most "
                 f"{MODULATION_MAX}"
             )
-            raise ValueError(msg)
         return self
 
     @field_validator("encoder_bits")
@@ -122,8 +121,7 @@ class AxisOptions(Table):
         # half a range is what may pass between two reads: with 7 bits 64 counts, 2.5 rad/s of 160,000 a turn
         # at 1 kHz
         if 0 < bits < 8:
-            msg = f"encoder_bits {bits}: must be 0 (endless) or 8 to 32"
-            raise ValueError(msg)
+            raise ValueError(f"encoder_bits {bits}: must be 0 (endless) or 8 to 32")
         return bits
 
 
@@ -157,19 +155,15 @@ class HandOptions(Table):
     def _consistent(self) -> HandOptions:
         # their period is made of it: of no way there is none
         if self.kind in ("triangle", "push") and abs(self.amplitude_rad) < 1e-4:
-            msg = f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4"
-            raise ValueError(msg)
+            raise ValueError(f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4")
         # it goes to both sides: a sign says nothing, and its phase runs backwards; a push has a side
         if self.kind == "triangle" and self.amplitude_rad < 0:
-            msg = f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one"
-            raise ValueError(msg)
+            raise ValueError(f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one")
         if self.kind == "sines" and not self.sines:
-            msg = "sines: kind 'sines' needs at least one [amplitude_rad, frequency_hz]"
-            raise ValueError(msg)
+            raise ValueError("sines: kind 'sines' needs at least one [amplitude_rad, frequency_hz]")
         for from_s, to_s in self.grips_s:
             if to_s <= from_s:
-                msg = f"grips_s [{from_s}, {to_s}] ends before it begins"
-                raise ValueError(msg)
+                raise ValueError(f"grips_s [{from_s}, {to_s}] ends before it begins")
         return self
 
 
@@ -199,9 +193,7 @@ class ForceOptions(Table):
         description="measured = crosstalk . true force",
     )
     lowpass_hz: float = number(0, 1e5, "its own low-pass, first order; 0: none", 0.0)
-    delay_ticks: int = Field(
-        default=0, ge=0, le=FORCE_LINE - 1, description="whole periods that its samples are old"
-    )
+    delay_ticks: int = number(0, FORCE_LINE - 1, "whole periods that its samples are old", 0)
     moment: MomentOptions | None = Field(default=None, description="none: a sensor of forces only")
     tip_kg: float = number(0, 100, "mass mounted on the sensor, which every joint turns", 0.0)
     tip_center_m: Vector = Field(
@@ -223,15 +215,9 @@ class VelocityOptions(Table):
 class MockOptions(Table):
     """[device.options] of kind mock. `axis` and `hand`: one table for all axes, or one per axis."""
 
-    seed: int = Field(
-        default=1, ge=0, le=2**63 - 1, description="of all noise; same seed, same run, bit for bit"
-    )
-    substeps: int = Field(
-        default=0, ge=0, le=1000, description="plant steps per period; 0: as many as 100 us need"
-    )
-    time_to_live_ticks: int = Field(
-        10, ge=1, le=50, description="a current is held this long without a new one"
-    )
+    seed: int = number(0, 2**63 - 1, "of all noise; same seed, same run, bit for bit", 1)
+    substeps: int = number(0, 1000, "plant steps per period; 0: as many as 100 us need", 0)
+    time_to_live_ticks: int = number(1, 50, "a current is held this long without a new one", 10)
     temperature_c: float = number(-40, 200, "shown by the motor's sensor", 25.0)
     estop_from_s: float = number(0, 1e9, "emergency stop pressed from here", 0.0)
     estop_to_s: float = number(0, 1e9, "to here; equal: never", 0.0)
@@ -247,8 +233,7 @@ class MockOptions(Table):
     def _some(cls, tables: tuple[T, ...]) -> tuple[T, ...]:
         # as Field(min_length=1) one bad table would be reported as "too short" besides
         if not 1 <= len(tables) <= 8:
-            msg = f"needs 1 to 8 tables, not {len(tables)}"
-            raise ValueError(msg)
+            raise ValueError(f"needs 1 to 8 tables, not {len(tables)}")
         return tables
 
     @model_validator(mode="after")
@@ -257,11 +242,10 @@ class MockOptions(Table):
             # both are places in the one line of currents
             total = axis.torque_delay_ticks + self.timing.transport_delay_ticks
             if total > DELAY_LINE - 1:
-                msg = (
+                raise ValueError(
                     f"axis[{k}].torque_delay_ticks with timing.transport_delay_ticks is {total:g}; at most "
                     f"{DELAY_LINE - 1}"
                 )
-                raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -273,11 +257,9 @@ class MockOptions(Table):
                 continue
             keys = SENSORS.get(fault.channel, ())
             if not keys:
-                msg = f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}"
-                raise ValueError(msg)
-            msg = (
+                raise ValueError(f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}")
+            raise ValueError(
                 f"faults[{k}].channel: {fault.channel!r} needs a sensor: add "
                 f"[device.options.{'.'.join(keys)}]"
             )
-            raise ValueError(msg)
         return self

@@ -66,8 +66,7 @@ def read_described(path: Path) -> dict[str, Any]:
             valid = models[device["kind"]].model_validate(device.get("options", {}))
             options: dict[str, Any] = valid.model_dump(mode="json")
             return options
-    msg = f"{path}: no [[device]] of kind 'serial-described' or 'serial-lines'"
-    raise ValueError(msg)
+    raise ValueError(f"{path}: no [[device]] of kind 'serial-described' or 'serial-lines'")
 
 
 def _tells(described: dict[str, Any], channel: str) -> bool:

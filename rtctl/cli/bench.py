@@ -64,18 +64,16 @@ LOADS = ("cpu", "disk", "network", "memory")
     "--cpu",
     type=click.IntRange(min=-1),
     default=-1,
+    show_default=False,
     help="wakeup: core of the loop and of cyclictest, an isolated one too; -1: as the daemon chooses",
 )
 @click.option(
-    "--picture",
-    type=OutputFile(picture=True),
-    help="wakeup: histograms beside cyclictest's, as PNG or SVG",
+    "--picture", type=OutputFile(picture=True), help="wakeup: histograms beside cyclictest's, as PNG or SVG"
 )
 @click.option(
     "--rig-seconds",
     type=Number(0.5, 3600.0),
     default=10.0,
-    show_default=True,
     help="how long io watches a composed rig at 1 kHz",
 )
 @click.option("--json", "as_json", is_flag=True, help="one JSON object, its rows as they are measured")

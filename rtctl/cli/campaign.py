@@ -33,31 +33,17 @@ READ = {
 
 
 @click.command("campaign")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of everything random")
-@click.option(
-    "--rigs", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="random rigs"
-)
-@click.option(
-    "--ticks",
-    type=click.IntRange(1, 10_000_000),
-    default=10_000,
-    show_default=True,
-    help="of each rig (1 ms)",
-)
-@click.option(
-    "--faults", type=click.IntRange(0, 32), default=10, show_default=True, help="scheduled on each rig"
-)
+@click.option("--seed", type=click.IntRange(0), default=1, help="of everything random")
+@click.option("--rigs", type=click.IntRange(1, 1_000_000), default=1000, help="random rigs")
+@click.option("--ticks", type=click.IntRange(1, 10_000_000), default=10_000, help="of each rig (1 ms)")
+@click.option("--faults", type=click.IntRange(0, 32), default=10, help="scheduled on each rig")
 @click.option(
     "--passive", is_flag=True, help="nothing broken, environment and hand passive: the energy claim is judged"
 )
-@click.option(
-    "--jobs", type=click.IntRange(0, 256), default=0, show_default=True, help="processes; 0: one per core"
-)
+@click.option("--jobs", type=click.IntRange(0, 256), default=0, help="processes; 0: one per core")
 @click.option("--rig", "index", type=click.IntRange(0), help="only this rig, in this process")
 @click.option(
-    "--trace",
-    type=OutputFile(),
-    help="with --rig: write its last 2000 ticks here (npz, the tick's fields)",
+    "--trace", type=OutputFile(), help="with --rig: write its last 2000 ticks here (npz, the tick's fields)"
 )
 @click.option(
     "--margins",
@@ -81,19 +67,12 @@ READ = {
     "--first",
     type=click.IntRange(0),
     default=0,
-    show_default=True,
     help="with --admittance: number of the first rig, to go on where another run ended",
 )
 @click.option(
     "--policy", "policies", multiple=True, metavar="NAME", help="with --still: friction.policy, once or more"
 )
-@click.option(
-    "--hold-s",
-    type=Number(5, 3600),
-    default=5.0,
-    show_default=True,
-    help="with --still: how long the hand holds",
-)
+@click.option("--hold-s", type=Number(5, 3600), default=5.0, help="with --still: how long the hand holds")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(
     *,

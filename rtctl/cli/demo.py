@@ -20,7 +20,7 @@ from rtctl.simulation.shipped_files import shipped
 
 @click.command("demo")
 @click.option("--config", type=click.Path(path_type=Path), help="another simulated rig than the shipped mock")
-@click.option("--measure", type=Number(1, 600), default=8.0, show_default=True, help="seconds per phase")
+@click.option("--measure", type=Number(1, 600), default=8.0, help="seconds per phase")
 @click.option(
     "--plot", type=OutputFile(picture=True), help="also draw the torque of the hand (PNG, PDF, SVG)"
 )

@@ -29,7 +29,6 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
     "seconds",
     type=Number(0.1, 600),
     default=5.0,
-    show_default=True,
     help="seconds of the wake-up measurement on the loop's core",
 )
 @click.option(

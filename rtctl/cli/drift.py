@@ -20,7 +20,6 @@ from rtctl.cli.recording_argument import RecordingFile
     "warn_share",
     type=Number(0.05, 0.5),
     default=0.1,
-    show_default=True,
     help="change that is warned of, a share of the dry friction",
 )
 @click.option(
@@ -28,7 +27,6 @@ from rtctl.cli.recording_argument import RecordingFile
     "window_s",
     type=Number(10, 300),
     default=24.0,
-    show_default=True,
     metavar="S",
     help="seconds of sliding that one estimate is made of",
 )

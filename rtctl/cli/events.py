@@ -21,7 +21,7 @@ MOST_LINE = 2000
 
 @click.command("events")
 @rig_argument
-@click.option("--last", type=click.IntRange(0), default=50, show_default=True, help="so many of the newest")
+@click.option("--last", type=click.IntRange(0), default=50, help="so many of the newest")
 @click.option("--follow", is_flag=True, help="then go on showing new ones; Ctrl-C ends")
 @click.option("--state-dir", type=click.Path(path_type=Path), help="folder that holds one folder per rig")
 @click.option("--json", "as_json", is_flag=True, help="the log's own lines, one JSON object each")

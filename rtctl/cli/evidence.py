@@ -19,13 +19,7 @@ from rtctl.cli.outputs import OutputFile, require_apart
     help="folder that the description's files are in; default: the description's own",
 )
 @click.option("--out", type=OutputFile(), help="page to write (Markdown); default: stdout")
-@click.option(
-    "--search",
-    type=click.Choice(["halving", "full"]),
-    default="halving",
-    show_default=True,
-    help="as of rtctl fit",
-)
+@click.option("--search", type=click.Choice(["halving", "full"]), default="halving", help="as of rtctl fit")
 @fit_checks.KERNEL
 @click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, in place of a page there")

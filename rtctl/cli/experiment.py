@@ -37,13 +37,7 @@ NAMES = (
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--out", type=OutputFolder(), required=True, help="folder of the report")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
-@click.option(
-    "--seeds",
-    type=click.IntRange(1, 1000),
-    default=10,
-    show_default=True,
-    help="runs of everything, simulated",
-)
+@click.option("--seeds", type=click.IntRange(1, 1000), default=10, help="runs of everything, simulated")
 @click.option(
     "--points",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -67,7 +61,6 @@ NAMES = (
     "--seconds",
     type=Number(1, 3600),
     default=12.0,
-    show_default=True,
     help="of each measurement on the loop: whole periods of the hand's motion",
 )
 @click.option(

@@ -30,18 +30,9 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
 @click.option("--out", type=OutputFile(), help="model file to write (JSON); needed unless --judge")
 @click.option("--judge", "judged", type=_File, help="judge this model by the points; nothing is learned")
 @click.option(
-    "--rig",
-    default="mock",
-    show_default=True,
-    callback=fit_checks.rig_name,
-    help="name of the rig the points were measured on",
+    "--rig", default="mock", callback=fit_checks.rig_name, help="name of the rig the points were measured on"
 )
-@click.option(
-    "--C",
-    "c",
-    type=_POSITIVE,
-    help="bound on the dual coefficients; default: by cross-validation",
-)
+@click.option("--C", "c", type=_POSITIVE, help="bound on the dual coefficients; default: by cross-validation")
 @click.option(
     "--epsilon",
     "epsilon_nm",
@@ -70,7 +61,6 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--symmetric",
     type=click.Choice(["auto", "yes", "no"]),
     default="auto",
-    show_default=True,
     help="one curve for both directions: by evidence, always, or never (with --search)",
 )
 @click.option(
@@ -87,17 +77,13 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     help="most support vectors of one curve; machines that need more are left out",
 )
 @click.option(
-    "--no-mean",
-    "one_rung",
-    is_flag=True,
-    help="write the chosen rung alone, never the mean of the rungs",
+    "--no-mean", "one_rung", is_flag=True, help="write the chosen rung alone, never the mean of the rungs"
 )
 @click.option(
     "--folds",
     "held_out",
     type=click.Choice(["auto", "speed", "time", "log", "lap", "turn"]),
     default="auto",
-    show_default=True,
     help="what cross-validation holds out together; auto: whole logs where there are several, time (or "
     "laps of a motion that repeats itself) for samples of one, else speed",
 )
@@ -114,7 +100,6 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--backend",
     type=click.Choice(["loky", "dask", "threading", "sequential"]),
     default="loky",
-    show_default=True,
     help="what runs the search; dask uses a cluster (DASK_SCHEDULER_ADDRESS), or a local one",
 )
 @click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")

@@ -14,7 +14,6 @@ KERNEL = click.option(
     "--kernel",
     type=click.Choice(["all", *KERNELS, "formula"]),
     default="all",
-    show_default=True,
     help="rungs of the ladder to climb",
 )
 """As of every command that climbs the ladder."""

@@ -35,7 +35,6 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         "--average",
         type=click.Choice(["none", "file", "speed"]),
         default="none",
-        show_default=True,
         help="file: each file is a run at one speed and becomes one point; speed: all rows, by levels of "
         "speed",
     )(command)

@@ -113,8 +113,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
         ("--seed", "seed", click.IntRange(0, 2**31 - 1), 1, "of the order of the speeds and the places"),
     )
     for flag, name, kind, default, text in reversed(table):
-        shows = default is not None
-        command = click.option(flag, name, type=kind, default=default, show_default=shows, help=text)(command)
+        command = click.option(flag, name, type=kind, default=default, help=text)(command)
     return command
 
 

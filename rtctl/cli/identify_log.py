@@ -71,7 +71,7 @@ _POSITIVE = Number(min=0, max=1e9, min_open=True)
 @click.option(
     "--config", type=click.Path(path_type=Path), help="rig file: gearing, and limits the log must keep to"
 )
-@click.option("--axis", type=click.IntRange(0, 7), default=0, show_default=True, help="number of its axis")
+@click.option("--axis", type=click.IntRange(0, 7), default=0, help="number of its axis")
 @click.option("--torque-constant", type=_POSITIVE, help="N m/A, for a current; default: of --config, or 1")
 @click.option(
     "--gear-ratio",

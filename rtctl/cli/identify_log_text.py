@@ -179,7 +179,9 @@ def reversal_lines(turned: Reversals | None) -> list[str]:
     from rtctl.friction.logs.reversal_memory import NEAR_S, TURNS_MIN
 
     if turned is None:
-        return [f"reversals: fewer than {TURNS_MIN} turns, or strokes too short to tell"]
+        return [
+            f"reversals: fewer than {TURNS_MIN} turns, all of them at one time, or strokes too short to tell"
+        ]
     lines = [
         f"reversals: error within {NEAR_S:g} s of {turned.turns} turns, on parts held out",
         f"  {'friction':<42} {'error':>10} {'less':>15} {'all rows':>10}",

@@ -12,7 +12,7 @@ from rtctl.wire.protocol import ROLES
 
 _FOLDER = click.option(
     "--dir", "folder", required=True, envvar="RTCTL_KEYS", show_envvar=True, type=click.Path(path_type=Path),
-    help="folder of the rig's keys: [gateway] curve_dir of its file",
+    help="folder of the rig's keys: [gateway] curve_dir of its file"
 )  # fmt: skip
 _JSON = click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 

@@ -61,12 +61,7 @@ def status(_client: RigClient) -> None:
 
 
 @click.option(
-    "--timeout",
-    "timeout_s",
-    type=Number(0.1, 600),
-    default=10.0,
-    show_default=True,
-    help="seconds until the rig must be ACTIVE",
+    "--timeout", "timeout_s", type=Number(0.1, 600), default=10.0, help="seconds until the rig must be ACTIVE"
 )
 def _arm(client: RigClient, timeout_s: float) -> None:
     """Arm a running rig: from here on its motor may move. Ends when the rig is ACTIVE.

@@ -68,24 +68,23 @@ _OF_LEARNING = {"save_model", "plot", "presliding_rad", "train_share", "epsilon_
 )
 @click.option("--inertia-kgm2", type=_NUMBER, help="inertia; default: CONFIG's, or by regression in each log")
 @click.option("--fit-inertia", is_flag=True, help="inertia by regression in each log, also with CONFIG")
-@click.option("--torque-limit-nm", type=_NUMBER, default=1.0, show_default=True, help="without CONFIG")
-@click.option("--lever-m", type=_NUMBER, default=0.1, show_default=True, help="without CONFIG")
-@click.option("--counts-per-rev", type=_NUMBER, default=100_000.0, show_default=True, help="without CONFIG")
+@click.option("--torque-limit-nm", type=_NUMBER, default=1.0, help="without CONFIG")
+@click.option("--lever-m", type=_NUMBER, default=0.1, help="without CONFIG")
+@click.option("--counts-per-rev", type=_NUMBER, default=100_000.0, help="without CONFIG")
 @click.option(
     "--bias",
     type=click.Choice(["midpoint", "zero"]),
     default="midpoint",
-    show_default=True,
     help="zero of the torque sensor: half way between the directions, in each log; or as recorded",
 )
-@click.option("--train-share", type=Number(0.1, 1.0), default=1.0, help="train on the first part only")
 @click.option(
-    "--cutoff-hz",
-    type=Number(0.1, 1e4),
-    default=20.0,
-    show_default=True,
-    help="low-pass of what is learned from",
+    "--train-share",
+    type=Number(0.1, 1.0),
+    default=1.0,
+    show_default=False,
+    help="train on the first part only",
 )
+@click.option("--cutoff-hz", type=Number(0.1, 1e4), default=20.0, help="low-pass of what is learned from")
 @click.option(
     "--speed-min-rad-s",
     "--speed-min-m-s",

@@ -18,11 +18,14 @@ if TYPE_CHECKING:
     from rtctl.recording.panels import Run
 
 _FILE = RecordingFile()
-_FROM = click.option(
-    "--from", "from_s", type=Number(0), default=0.0, show_default=True, help="s from the first tick"
-)
+_FROM = click.option("--from", "from_s", type=Number(0), default=0.0, help="s from the first tick")
 _TO = click.option(
-    "--to", "to_s", type=Number(0), default=math.inf, help="s from the first tick; default: the end"
+    "--to",
+    "to_s",
+    type=Number(0),
+    default=math.inf,
+    show_default=False,
+    help="s from the first tick; default: the end",
 )
 _FIELDS = click.option(
     "--fields", help="tick fields, separated by commas, one panel each; default: the usual ones"

@@ -9,20 +9,12 @@ from rtctl.cli.json_text import json_text
 
 
 @click.command("schema")
-@click.option(
-    "--of",
-    "subject",
-    type=click.Choice(["tick", "config"]),
-    default="tick",
-    show_default=True,
-    help="whose schema",
-)
-@click.option("--axes", type=click.IntRange(1, 8), default=1, show_default=True, help="axes of the rig")
+@click.option("--of", "subject", type=click.Choice(["tick", "config"]), default="tick", help="whose schema")
+@click.option("--axes", type=click.IntRange(1, 8), default=1, help="axes of the rig")
 @click.option(
     "--motion",
     type=click.Choice(["rotary", "linear"]),
     default="rotary",
-    show_default=True,
     help="of the axes: units of m and N in the tick record, keys of m and N in the rig file",
 )
 @click.option("--json", "as_json", is_flag=True, help="JSON (the default)")

@@ -17,6 +17,7 @@ _ROOT = click.option(
     "--root",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("/"),
+    show_default=False,
     help="write below this folder instead of into the system (packaging); nothing is started",
 )
 _JSON = click.option("--json", "as_json", is_flag=True, help="the steps as one JSON object on stdout")
@@ -123,7 +124,7 @@ def status(name: str) -> None:
 @command.command("logs", short_help="the journal of rig NAME")
 @click.argument("name")
 @click.option("-f", "--follow", is_flag=True, help="go on showing new lines")
-@click.option("-n", "--lines", type=click.IntRange(1), default=100, show_default=True, help="newest lines")
+@click.option("-n", "--lines", type=click.IntRange(1), default=100, help="newest lines")
 def logs(name: str, lines: int, *, follow: bool) -> None:
     """Show the journal of rig NAME."""
     more = ["-f"] if follow else []

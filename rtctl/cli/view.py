@@ -37,11 +37,7 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
             click.option(
                 "--json", "as_json", is_flag=True, help="the addresses as one JSON object; then it serves"
             ),
-            click.option(
-                "--port",
-                type=click.IntRange(0, 65535),
-                help="8650 unless given; 0: any free one",
-            ),
+            click.option("--port", type=click.IntRange(0, 65535), help="8650 unless given; 0: any free one"),
         )
     ):
         function = option(function)

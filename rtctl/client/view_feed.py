@@ -66,8 +66,7 @@ class Signal:
         """From `position_rad` or `position_rad.1`. Raises ValueError for what no tick has."""
         name, _, index = text.partition(".")
         if name not in FIELD or (index and not index.isdecimal()) or len(index) > 2:
-            msg = f"{text!r} is no signal: a field of the tick, with .0, .1, ... for an axis"
-            raise ValueError(msg)
+            raise ValueError(f"{text!r} is no signal: a field of the tick, with .0, .1, ... for an axis")
         return cls(name, int(index or 0))
 
     def of(self, rows: np.ndarray) -> list[float | None]:

@@ -291,5 +291,4 @@ def _values(body: bytes) -> dict[str, Any]:
 
 
 def _refuse(text: str) -> float:
-    msg = f"{text} is not a number"
-    raise ValueError(msg)
+    raise ValueError(f"{text} is not a number")

@@ -170,19 +170,17 @@ class World:
 
         Raises ValueError for a world or a number there is not, ClientError for what the daemon refuses."""
         if kind not in KINDS or not numbers.keys() <= SLIDERS.keys():
-            msg = (
+            raise ValueError(
                 f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, "
                 f"with {', '.join(SLIDERS)}"
             )
-            raise ValueError(msg)
         values: dict[str, Any] = {
             one.name: numbers.get(one.name, self._scale.slider(one)["value"])
             for one in PARAMETERS
             if one.slider
         }
         if not all(math.isfinite(float(x)) for x in values.values()):
-            msg = "every number must be finite"
-            raise ValueError(msg)
+            raise ValueError("every number must be finite")
         with self._lock:
             # before anything can fail: the last world must not go on moving beside the next
             self._ball, self._drag_rad, self.trouble = None, None, ""

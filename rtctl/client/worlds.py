@@ -34,8 +34,7 @@ class Worlds:
         and TypeError for a number that no environment has."""
         # before anything is sent: the daemon would tell of a key, and not of a parameter
         if unknown := [name for name in numbers if name not in NUMBERS]:
-            msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
-            raise TypeError(msg)
+            raise TypeError(f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}")
         # a number that is left out keeps its value in the daemon
         values: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
         if lease is not None:

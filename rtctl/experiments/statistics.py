@@ -50,8 +50,7 @@ def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
         Without a value."""
     x = np.asarray(values, dtype=float)
     if x.size == 0:
-        msg = "no runs to average"
-        raise ValueError(msg)
+        raise ValueError("no runs to average")
     if x.size == 1:
         # no interval of one run: `text` and the verdicts say so by its count
         return Estimate(float(x[0]), 0.0, 1)

@@ -187,8 +187,7 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
 
 
 def _not_a_number(word: str) -> NoReturn:
-    msg = f"{word} is not a number"
-    raise ValueError(msg)
+    raise ValueError(f"{word} is not a number")
 
 
 def _document(model: FrictionModel) -> dict[str, Any]:

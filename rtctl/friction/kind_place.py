@@ -142,15 +142,13 @@ def compile_place(
         `PLACE_ORDERS` orders."""
     x = np.asarray(positions, dtype=float)
     if x.shape != np.shape(speeds) or not np.isfinite(x).all():
-        msg = f"positions {x.shape} and speeds {np.shape(speeds)} must be equally long and finite"
-        raise ValueError(msg)
+        raise ValueError(f"positions {x.shape} and speeds {np.shape(speeds)} must be equally long and finite")
     knots = np.unique(np.append(speeds, 0.0))  # as `compile_spline` has them: the law walks both by one index
     if len(knots) > PLACE_SEGMENTS or kernel.orders > PLACE_ORDERS:
-        msg = (
+        raise ValueError(
             f"{len(knots)} speeds and {kernel.orders} orders, at most {PLACE_SEGMENTS} and {PLACE_ORDERS}: "
             "average the points by speed"
         )
-        raise ValueError(msg)
     # a cos and a sin of each order
     # cos h (a - a_i) parted into the place of a look and that of the point, which goes into the dual
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)

@@ -56,8 +56,7 @@ def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
 def _coordinates(X: np.ndarray, Y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     X, Y = np.asarray(X, dtype=float), np.asarray(Y, dtype=float)
     if not (np.all(X >= 0) and np.all(Y >= 0)):
-        msg = "the spline kernel needs inputs >= 0: give it |v|, one model per direction"
-        raise ValueError(msg)
+        raise ValueError("the spline kernel needs inputs >= 0: give it |v|, one model per direction")
     pairs = [(X[:, i, None], Y[None, :, i]) for i in range(X.shape[1])]
     return [(u, v, np.minimum(u, v)) for u, v in pairs]
 
@@ -94,11 +93,9 @@ def compile_spline(
     v = np.asarray(support_vectors, dtype=float)
     beta = np.asarray(dual_coef, dtype=float)
     if v.ndim != 1 or v.shape != beta.shape:
-        msg = f"support_vectors {v.shape} and dual_coef {beta.shape} must be equally long vectors"
-        raise ValueError(msg)
+        raise ValueError(f"support_vectors {v.shape} and dual_coef {beta.shape} must be equally long vectors")
     if not (np.isfinite(v).all() and np.isfinite(beta).all() and math.isfinite(intercept) and (v >= 0).all()):
-        msg = "support vectors must be finite and >= 0, dual coefficients and intercept finite"
-        raise ValueError(msg)
+        raise ValueError("support vectors must be finite and >= 0, dual coefficients and intercept finite")
     s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))  # duals are large and sum to nearly 0
     # 0 is a knot in any case: the first piece begins at rest, whatever the slowest support vector is
     starts, where = np.unique(np.append(v, 0.0), return_inverse=True)

@@ -69,8 +69,7 @@ class WaitingLoop:
             self._order = order
             self._tell(order)
         elif self._order != order:
-            msg = "this loop process prepares for another rig"
-            raise ValueError(msg)
+            raise ValueError("this loop process prepares for another rig")
 
     def begin(self, *descriptors: int) -> None:
         """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's

@@ -47,8 +47,7 @@ class _Cdr:
     def __init__(self, data: bytes) -> None:
         # as rosbag2 writes on little-endian machines; parameter lists and XCDR2 align otherwise
         if data[:2] != b"\x00\x01":
-            msg = "not little-endian CDR"
-            raise ValueError(msg)
+            raise ValueError("not little-endian CDR")
         self.data, self.at = data[4:], 0
 
     def _aligned(self, size: int) -> int:
@@ -66,8 +65,7 @@ class _Cdr:
         size = self.number("I")
         text = self.data[self.at : self.at + size]
         if len(text) < size:
-            msg = "cut off"
-            raise ValueError(msg)
+            raise ValueError("cut off")
         self.at += size
         return text.rstrip(b"\x00").decode()
 
@@ -90,8 +88,7 @@ def decoded(data: bytes) -> JointState:
         cdr.string()
         count = cdr.number("I")
         if count > MOST_JOINTS:
-            msg = f"{count} joints"
-            raise ValueError(msg)
+            raise ValueError(f"{count} joints")
         names = tuple(cdr.string() for _ in range(count))
         values = cdr.doubles(), cdr.doubles(), cdr.doubles()
     except struct.error as error:

@@ -116,8 +116,7 @@ class Cursor:
         data = self._content[self.at : self.at + size]
         # a slice beyond the end is only shorter, and says nothing
         if len(data) != size:
-            msg = "record too short"
-            raise struct.error(msg)
+            raise struct.error("record too short")
         self.at += size
         return data
 

@@ -97,8 +97,7 @@ class Contents:
         """Count what a chunk or a block of ticks unpacks to. Raises ValueError for more than a recording of
         this size can hold."""
         if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * self.packed:
-            msg = f"unpacks to {size} bytes"
-            raise ValueError(msg)
+            raise ValueError(f"unpacks to {size} bytes")
         self.unpacked += size
 
 
@@ -215,8 +214,7 @@ def _chunk(content: bytes, contents: Contents, read: int) -> Chunk | None:
         records = _decompressed(data, compression, size)
         # of what was packed, not of the packed: a fault of the decompressor shows, too
         if crc and zlib.crc32(records) != crc:  # 0: the writer has made none
-            msg = "checksum"
-            raise ValueError(msg)
+            raise ValueError("checksum")
         return _messages(records)
     except (struct.error, ValueError, OverflowError, MemoryError, zstandard.ZstdError):
         contents.bad_chunks += 1
@@ -227,19 +225,16 @@ def _decompressed(data: bytes, compression: str, size: int) -> bytes:
     if compression == "" and len(data) == size:
         return data
     if compression != "zstd":
-        msg = f"compression {compression!r}"
-        raise ValueError(msg)
+        raise ValueError(f"compression {compression!r}")
     # asked first: the frame itself says what it holds, before any of it is unpacked
     told = zstandard.get_frame_parameters(data).content_size
     if told not in (size, zstandard.CONTENTSIZE_UNKNOWN):
-        msg = f"{size} bytes are claimed, {told} packed"
-        raise ValueError(msg)
+        raise ValueError(f"{size} bytes are claimed, {told} packed")
     records = zstandard.ZstdDecompressor(max_window_size=MOST_RECORD_BYTES).decompress(
         data, max_output_size=size
     )
     if len(records) != size:
-        msg = f"{size} bytes are claimed, {len(records)} packed"
-        raise ValueError(msg)
+        raise ValueError(f"{size} bytes are claimed, {len(records)} packed")
     return records
 
 
@@ -249,8 +244,7 @@ def _messages(records: bytes) -> Chunk:
     table = np.empty((len(records) // MESSAGE_HEAD + 1, 5), np.int64)
     count = split_messages(np.frombuffer(records, np.uint8), table)
     if count < 0:
-        msg = "a record in the chunk is cut off"
-        raise ValueError(msg)
+        raise ValueError("a record in the chunk is cut off")
     return Chunk(records, table[:count].copy())
 
 

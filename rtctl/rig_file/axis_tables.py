@@ -73,8 +73,7 @@ class DriveTable(Table):
     def _bandwidth(self) -> DriveTable:
         # at 10 Hz the lag is 16 ms already
         if 0 < self.current_loop_hz < 10:
-            msg = f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10"
-            raise ValueError(msg)
+            raise ValueError(f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10")
         return self
 
 
@@ -211,41 +210,35 @@ class AxisTable(Table):
     def _slides(self) -> AxisTable:
         if self.lead_m and self.motion != "linear":
             why = 'only an axis with motion = "linear" has a lead; set it, or leave lead_m out'
-            msg = f"lead_m {self.lead_m}: {why}"
-            raise ValueError(msg)
+            raise ValueError(f"lead_m {self.lead_m}: {why}")
         return self
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:
         # equal ends, too: every place would be beyond one of them
         if self.position_min_rad >= self.position_max_rad:
-            msg = (
+            raise ValueError(
                 f"position_min_rad {self.position_min_rad} must be below position_max_rad "
                 f"{self.position_max_rad}"
             )
-            raise ValueError(msg)
         if self.torque_continuous_nm > self.torque_limit_nm:
-            msg = (
+            raise ValueError(
                 f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm "
                 f"{self.torque_limit_nm}"
             )
-            raise ValueError(msg)
         if self.velocity.device_tolerance_rad_s >= self.velocity_limit_rad_s:
-            msg = (
+            raise ValueError(
                 f"velocity.device_tolerance_rad_s {self.velocity.device_tolerance_rad_s} must be below "
                 f"velocity_limit_rad_s {self.velocity_limit_rad_s}: a joint that moves would pass for one "
                 "at rest"
             )
-            raise ValueError(msg)
         if self.velocity.device == "use" and self.friction.policy == "sign":
-            msg = (
+            raise ValueError(
                 'friction.policy "sign" has no width around rest, where velocity.device = "use" would '
                 'follow the noise of the device: take another policy, or device = "check"'
             )
-            raise ValueError(msg)
         if any(abs(x) > 10 for x in self.lever_m) or not any((*self.lever_m, *self.axis_direction)):
-            msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
-            raise ValueError(msg)
+            raise ValueError(f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m")
         return self
 
     @model_validator(mode="after")
@@ -264,18 +257,16 @@ class AxisTable(Table):
                 msg = f"admittance.{most} {high} is below {least} {low}: raise it, or 0 for no change"
                 raise ValueError(msg)
         if self.display_change and not self.coupling.stiffness_nm_rad > 0:
-            msg = (
+            raise ValueError(
                 "display_change = true needs coupling.stiffness_nm_rad above 0: an impedance is felt "
                 "through it"
             )
-            raise ValueError(msg)
         if self.force_feedback.gain > 0:
-            msg = (
+            raise ValueError(
                 f'force_feedback.gain {self.force_feedback.gain}: display = "admittance" is force feedback '
                 "already; "
                 "set gain = 0"
             )
-            raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -284,16 +275,14 @@ class AxisTable(Table):
             return self
         length = math.hypot(*self.axis_direction)
         if not 0.99 <= length <= 1.01:  # as it is typed from a drawing; the law makes it one of length 1
-            msg = (
+            raise ValueError(
                 f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as "
                 "[0, 0, 1]"
             )
-            raise ValueError(msg)
         along = sum(u * x for u, x in zip(self.axis_direction, self.lever_m, strict=True))
         if abs(along) > 0.02 * math.hypot(*self.lever_m):  # a percent of angle is a measured one's error
-            msg = (
+            raise ValueError(
                 f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so "
                 "it is perpendicular to the axis; one of the two is wrong"
             )
-            raise ValueError(msg)
         return self

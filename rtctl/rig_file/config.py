@@ -78,8 +78,7 @@ class Config(Table):
     def _unique_axes(self) -> Config:
         names = [axis.name for axis in self.axis]
         if len(set(names)) != len(names):
-            msg = f"axis names must differ, not {names}"
-            raise ValueError(msg)
+            raise ValueError(f"axis names must differ, not {names}")
         return self
 
     @model_validator(mode="after")
@@ -87,14 +86,12 @@ class Config(Table):
         for axis in self.axis:
             if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
                 gain = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain}"
-                msg = f"{gain} needs the force sensor that rig.absent rules out; set gain = 0"
-                raise ValueError(msg)
+                raise ValueError(f"{gain} needs the force sensor that rig.absent rules out; set gain = 0")
             if axis.may_show("admittance") and "force" in self.rig.absent:
-                msg = (
+                raise ValueError(
                     f'axis {axis.name}: display = "admittance" needs the force sensor that rig.absent rules '
                     'out; set display = "impedance", without display_change, or give the rig its sensor'
                 )
-                raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -106,17 +103,15 @@ class Config(Table):
                 raise ValueError(msg)
         for axis in self.axis:
             if (sensor.moments or axis.name in sensor.carried_by) and not any(axis.axis_direction):
-                msg = (
+                raise ValueError(
                     f"axis {axis.name}: force_sensor needs its axis_direction, the unit vector of the "
                     "joint's axis in sensor axes"
                 )
-                raise ValueError(msg)
             if not sensor.moments and not any(axis.lever_m):
-                msg = (
+                raise ValueError(
                     f"axis {axis.name}: lever_m {axis.lever_m}: without force_sensor.moments it needs a "
                     "component other than 0"
                 )
-                raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -130,8 +125,7 @@ class Config(Table):
         )
         for key, port in self._ports_for_viewers().items():
             if port in taken:
-                msg = f"{key} {port} is taken by {taken[port]}; give another"
-                raise ValueError(msg)
+                raise ValueError(f"{key} {port} is taken by {taken[port]}; give another")
             taken[port] = key
         return self
 

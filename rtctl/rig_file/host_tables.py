@@ -83,11 +83,10 @@ class GatewayTable(Table):
             _check_address(self.bind)
         # without keys whoever reaches the port could move the rig
         if self.bind and not self.curve_dir:
-            msg = (
+            raise ValueError(
                 f"bind {self.bind}: TCP needs keys; make them with `rtctl keys new` and name their folder "
                 "as curve_dir"
             )
-            raise ValueError(msg)
         # refused: who made keys believes that the rig can be reached by them
         if self.curve_dir and not self.bind:
             msg = f"curve_dir {self.curve_dir!r} has no effect without bind; give an address or remove it"
@@ -105,5 +104,4 @@ def _check_address(text: str) -> None:
         raise ValueError(msg)
     # else libzmq says at the start only that it cannot be assigned
     if address.is_multicast or address.is_reserved:
-        msg = f"bind {text}: no address a machine can have"
-        raise ValueError(msg)
+        raise ValueError(f"bind {text}: no address a machine can have")

@@ -82,16 +82,16 @@ class DeviceTable(Table):
     channels: tuple[str, ...] = Field(
         (), strict=False, description="channels the rig uses of those it has; empty: all"
     )
-    rate_hz: float | None = Field(
-        None, ge=1, le=100_000, description="rate of a free-running sensor; default: a sample in every cycle"
+    rate_hz: float | None = number(
+        1, 100_000, "rate of a free-running sensor; default: a sample in every cycle", None
     )
-    max_age_ticks: int | None = Field(
+    max_age_ticks: int | None = number(
+        0,
+        10_000,
+        "oldest sample that counts as fresh; default: 0, or loop rate over rate_hz, rounded up",
         None,
-        ge=0,
-        le=10_000,
-        description="oldest sample that counts as fresh; default: 0, or loop rate over rate_hz, rounded up",
     )
-    budget_us: float | None = Field(
-        None, ge=5, le=5000, description="time its reading may take; default: its share of 40 % of the period"
+    budget_us: float | None = number(
+        5, 5000, "time its reading may take; default: its share of 40 % of the period", None
     )
     options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")

@@ -98,26 +98,22 @@ class ForceSensorTable(Table):
     def _fits(self) -> ForceSensorTable:
         # twice would turn the sensor by its angle twice
         if len(set(self.carried_by)) != len(self.carried_by):
-            msg = f"carried_by {list(self.carried_by)} names a joint twice"
-            raise ValueError(msg)
+            raise ValueError(f"carried_by {list(self.carried_by)} names a joint twice")
         length = math.hypot(*self.gravity_m_s2)
         # 9810 would be mm/s2
         if self.tip_kg > 0 and not 1 <= length <= 30:
-            msg = (
+            raise ValueError(
                 f"tip_kg {self.tip_kg}: gravity_m_s2 {self.gravity_m_s2} must say where down is, 1 to 30 "
                 "m/s2 long (9.81 on earth)"
             )
-            raise ValueError(msg)
         # refused, not ignored: a mass that was given, and then does nothing, would be taken for compensated
         if self.tip_kg > 0 and not self.carried_by:
-            msg = (
+            raise ValueError(
                 f"tip_kg {self.tip_kg}: name the joints that turn the sensor in carried_by; a weight that "
                 "does not turn is in the tare"
             )
-            raise ValueError(msg)
         if self.off_axis_nm > 0 and not self.moments:
-            msg = f"off_axis_nm {self.off_axis_nm}: the moments are not used; set moments = true"
-            raise ValueError(msg)
+            raise ValueError(f"off_axis_nm {self.off_axis_nm}: the moments are not used; set moments = true")
         return self
 
 
@@ -132,6 +128,5 @@ class TemperatureTable(Table):
     def _order(self) -> TemperatureTable:
         # the limit falls from one to the other: over nothing it would be a switch
         if self.trip_c < self.warn_c + 1:
-            msg = f"trip_c {self.trip_c} must be at least 1 above warn_c {self.warn_c}"
-            raise ValueError(msg)
+            raise ValueError(f"trip_c {self.trip_c} must be at least 1 above warn_c {self.warn_c}")
         return self

@@ -118,8 +118,7 @@ class Memory:
         """Map memory made by `create` in another process. Raises ValueError when it is not that."""
         head = np.frombuffer(os.pread(fd, HEADER.itemsize, 0), HEADER)
         if head.size != 1 or head[0]["magic"] != _MAGIC:
-            msg = f"file descriptor {fd} is not rtctl's shared memory"
-            raise ValueError(msg)
+            raise ValueError(f"file descriptor {fd} is not rtctl's shared memory")
         return cls(fd, int(head[0]["n_axes"]), int(head[0]["ring_rows"]))
 
     def close(self) -> None:

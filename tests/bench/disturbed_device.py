@@ -36,7 +36,6 @@ INFO = BackendInfo(
     factory="tests.bench.disturbed_device:DisturbedMock",
     options="hw.simulators.mock_options:MockOptions",
     simulated=True,
-    summary="the mock, which blocks or faults on order",
     timing="hw.simulators.mock_declared:timing",
     joint="hw.simulators.mock_declared:joint",
 )

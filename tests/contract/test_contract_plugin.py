@@ -142,8 +142,7 @@ INFO = f"""
 from hw.interface import BackendInfo
 
 def info(name):
-    return BackendInfo("outside.backend:" + name, "outside.options:WireOptions", simulated=False,
-        summary="a wire")
+    return BackendInfo("outside.backend:" + name, "outside.options:WireOptions", simulated=False)
 
 KINDS = {KINDS}
 for kind, name in KINDS.items():

@@ -65,6 +65,24 @@ def unit(key: str) -> str:
     return next((text for end, text in ENDINGS.items() if key == end or key.endswith(f"_{end}")), "")
 
 
+KINDS = {
+    "mock": "Simulated rig: motor, gearbox, friction, sensors, a hand",
+    "playback": "A recorded log (CSV) as the sensor stream",
+    "serial": "A board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
+    "serial-described": "A board on a serial port with a frame of its own, described in the rig file "
+    "(docs/serial-described.md)",
+    "serial-lines": "A board on a serial port that prints and takes lines of text (docs/serial-lines.md)",
+    "rokubi": "Force sensor: Bota Systems Rokubi, SensONE, LaxONE on a serial port",
+    "optoforce": "Force sensor: OptoForce / OnRobot DAQ on a serial port",
+    "rdt": "Force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
+    "can": "A board on a CAN bus, by a field map or a DBC file",
+    "odrive": "ODrives over CAN Simple",
+    "moteus": "Moteus controllers over CAN-FD",
+    "cia402": "CANopen drives (CiA 402) in cyclic synchronous torque",
+}
+"""What each kind of device is, below its heading."""
+
+
 def rig_file() -> str:
     """Tables of the rig file itself, as Markdown."""
     from rtctl.rig_file.config import Config
@@ -75,8 +93,8 @@ def rig_file() -> str:
 def device_options() -> str:
     """Tables of `[device.options]` of every kind that comes with rtctl, as Markdown."""
     pages, out = _Pages(), []
-    for kind, info in registry.BUILT_IN.items():
-        out += [f'## `kind = "{kind}"`', "", f"{info.summary[0].upper()}{info.summary[1:]}.", ""]
+    for kind in registry.BUILT_IN:
+        out += [f'## `kind = "{kind}"`', "", f"{KINDS[kind]}.", ""]
         schema = registry.options_model(kind).model_json_schema(by_alias=True)
         out += pages.pages(schema, "device.options", "###")
     return "\n".join(out)

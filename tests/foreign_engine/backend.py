@@ -14,7 +14,7 @@ from hw.interface import BackendInfo, Channels, Timing
 CHANNELS = Channels(frozenset({"position", "current", "force", "temperature"}), frozenset({"torque"}))
 INFO = BackendInfo(
     factory="foreign_engine.backend:Engine", options="foreign_engine.options:EngineOptions", simulated=True,
-    summary="a joint of MuJoCo's", channels=CHANNELS, timing="foreign_engine.backend:timing",
+    channels=CHANNELS, timing="foreign_engine.backend:timing",
 )  # fmt: skip
 
 

@@ -29,7 +29,6 @@ def _info(provides, consumes, simulated=False):
         factory="none:none",
         options="hw.simulators.mock_options:MockOptions",
         simulated=simulated,
-        summary="",
         channels=Channels(frozenset(provides.split()), frozenset(consumes.split())),
     )
 

@@ -8,7 +8,6 @@ INFO = BackendInfo(
     factory="rtctl_udp_board.backend:UdpBoard",
     options="rtctl_udp_board.options:UdpBoardOptions",
     simulated=False,
-    summary="one-axis motor board over UDP (example)",
     channels=Channels(
         provides=frozenset({"position", "current", "force", "estop"}), consumes=frozenset({"torque"})
     ),

@@ -58,11 +58,9 @@ def require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     """Raise ValueError unless every number is finite and not negative, and the period `T` above 0."""
     for name, value in (("k_c", k_c), ("b_c", b_c), ("d", d), ("lag_hz", lag_hz)):
         if not (math.isfinite(value) and value >= 0):
-            msg = f"{name} must be finite and not negative, not {value}"
-            raise ValueError(msg)
+            raise ValueError(f"{name} must be finite and not negative, not {value}")
     if not (math.isfinite(T) and T > 0):
-        msg = f"T must be finite and positive, not {T}"
-        raise ValueError(msg)
+        raise ValueError(f"T must be finite and positive, not {T}")
 
 
 def lag_ticks(lag_hz: float, T: float) -> float:

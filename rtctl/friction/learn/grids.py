@@ -153,8 +153,7 @@ def candidates(
     if family in FORMULAS:
         return [Candidate("formula", family)]
     if family not in FAMILIES:
-        msg = f"unknown family {family!r}: one of {', '.join(FAMILIES)}"
-        raise ValueError(msg)
+        raise ValueError(f"unknown family {family!r}: one of {', '.join(FAMILIES)}")
     machine, kind = family.split("-")
     top = float(friction_nm.max())
     unit = unit_nm(speed, friction_nm, session)

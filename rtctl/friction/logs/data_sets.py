@@ -49,8 +49,7 @@ class DataSet(Table):
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
         if (bool(self.logs) + bool(self.runs) + bool(self.points)) != 1:
-            msg = "give one of logs, runs and points"
-            raise ValueError(msg)
+            raise ValueError("give one of logs, runs and points")
         return self
 
 

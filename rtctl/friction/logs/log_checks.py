@@ -128,7 +128,8 @@ def _short_by(noise_rad_s2: float, balance: Balance) -> float:
 
 def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
     """Refuse a position of few levels: between them it rests, and hardly a row slides."""
-    for stretch in (one for stretches in logs for one in stretches):
+    # of a recorded velocity it is not the position that says where the joint rests
+    for stretch in (one for stretches in logs for one in stretches if one.velocity_rad_s is None):
         step, range_rad = step_of(stretch), float(np.ptp(stretch.position_rad))
         if step > COARSE_STEP * range_rad:
             raise DataError(

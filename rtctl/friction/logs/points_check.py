@@ -26,6 +26,9 @@ SLOW_SHARE = 1e-6
 REPEATS_LEAST = 3
 """Fewest points that repeat another one exactly that are worth a word."""
 
+CHANCE = 2.0
+"""Repeats that are told, over those that are expected by chance."""
+
 LINE_ROWS = 3
 """A point and its two neighbours."""
 
@@ -69,13 +72,10 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
 def _doubtful_rows(points: FrictionPoints) -> list[str]:
     """Points given twice, friction of few digits, and points that scatter."""
     told = []
-    pairs = np.column_stack([points.velocity_rad_s, points.friction_nm * points.direction])
-    # to the last digit: two runs at one speed differ somewhere, copies do not
-    again = len(pairs) - len(np.unique(pairs, axis=0))
-    if again >= REPEATS_LEAST:
+    if again := _repeated(points):
         told.append(
-            f"{points.source}: {again} of {len(pairs)} points repeat another one in speed and friction: "
-            "they count as measured anew, and every interval is too narrow by it; give each once"
+            f"{points.source}: {again} of {len(points.friction_nm)} points repeat another one in speed and "
+            "friction: they count as measured anew, and every interval is too narrow by it; give each once"
         )
     usual = float(np.median(points.friction_nm))
     step = quantum(points.friction_nm)
@@ -91,6 +91,34 @@ def _doubtful_rows(points: FrictionPoints) -> list[str]:
             "places, a zero that wanders from run to run)"
         )
     return told
+
+
+def _repeated(points: FrictionPoints) -> int:
+    """How many points repeat another one to the last digit of all that was measured; 0 where as many would
+    agree by chance, as those of set speeds do whose friction has three digits.
+
+    Notes
+    -----
+    Two normal numbers of spread s that are rounded to steps q < s are equal with the probability
+    q/(2 sqrt(pi) s): their difference has the spread sqrt(2) s, and its density at 0 is 1/(2 sqrt(pi) s)."""
+    friction, others = points.friction_nm * points.direction, points.columns.items()
+    # two files of one session differ by their number alone
+    beside = [np.nan_to_num(column) for name, column in others if name != "log"]
+    own, times = np.unique(
+        np.column_stack([points.velocity_rad_s, friction, *beside]), axis=0, return_counts=True
+    )
+    # of each speed and direction: rest has both
+    level = np.column_stack([own[:, 0], np.sign(own[:, 1])])
+    of, values = np.unique(level, axis=0, return_inverse=True, return_counts=True)[1:]
+    apart = own[:, 1] - (np.bincount(of, own[:, 1]) / values)[of]
+    again = int(times.sum()) - len(own)
+    by_chance = 0.0
+    if apart.any():  # else nothing scatters, and what is the same was copied
+        spread = math.sqrt(apart @ apart / (len(own) - len(values)))
+        rows = np.bincount(of, times)
+        pairs = float((rows * (rows - 1) / 2).sum())
+        by_chance = pairs * quantum(points.friction_nm) / (2 * math.sqrt(math.pi) * spread)
+    return again if again >= REPEATS_LEAST + CHANCE * by_chance else 0
 
 
 def _scatter(points: FrictionPoints) -> float:

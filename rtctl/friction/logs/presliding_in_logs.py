@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
+from rtctl.friction.logs.turns import TurningPart, longest_length, parts_of, shortest_length, stop_operator
 from rtctl.friction.presliding import Presliding
 
 # 1.26 apart: a log tells a length to .7 to 1.45 times (docs/identify.md)
@@ -51,7 +51,7 @@ def presliding_of_logs(
         one that is ruled out, and `ramps` the turns. Where all shorter lengths are as good, the length is the
         shortest that is told apart from a longer one: at most so long. None: too few turns, or a motion that
         tells nothing."""
-    parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+    parts = parts_of(logs, cutoff_hz, speed_min_rad_s)
     # a turn is one sample, however many rows it has: its bristles bend once
     turns = sum(part.turns for part in parts)
     if turns < TURNS_MIN:

@@ -39,7 +39,7 @@ from rtctl.friction.logs.bristle_columns import (
     by_stop,
 )
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length
+from rtctl.friction.logs.turns import TurningPart, longest_length, parts_of, shortest_length
 
 NEAR_S = 0.1
 """Rows this close to a turn are near it, s."""
@@ -116,12 +116,12 @@ def reversals_of_logs(
     Returns
     -------
     Reversals or None
-        None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything."""
-    parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+        None: fewer than `TURNS_MIN` turns, turns in too few blocks of time to fit to some and judge by
+        others, or strokes too short to bend anything."""
+    parts = parts_of(logs, cutoff_hz, speed_min_rad_s)
     lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
-    if not len(lengths):
+    if not len(lengths) or not (rows := TurnRows.of(parts, turns)).turn_in_both_halves():
         return None
-    rows = TurnRows.of(parts, turns)
     speed = rows.judged(by_speed, (0.0, 1.0))
     found = {
         "speed": replace(speed, parameter=0.0),
@@ -188,6 +188,12 @@ class TurnRows:
         odd = self.block % 2 == 1
         # every second block and not the first half: what warms up is in both
         return (odd, ~odd), (~odd, odd)
+
+    def turn_in_both_halves(self) -> bool:
+        """Whether each half has turns in half of `BLOCKS_MIN` blocks: columns that were fitted where nothing
+        turns are without bounds where something does."""
+        turning = (np.unique(self.block[self.near & half]) for half, _ in self.halves())
+        return all(len(blocks) >= BLOCKS_MIN // 2 for blocks in turning)
 
     def judged(self, columns: Columns, values: Sequence[float] | np.ndarray) -> _Found:
         """Held-out residuals, the parameter chosen in the rows fitted to; and the parameter that fits all
@@ -270,17 +276,11 @@ def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Revers
     rungs = []
     for name, one in found.items():
         share, doubt = _ratio(squares[name], speed)
-        rungs.append(
-            Rung(
-                name=name,
-                near_nm=float(np.sqrt(squares[name].sum() / n)),
-                rms_nm=float(np.sqrt(np.mean(one.residual_nm**2))),
-                gain=1.0 - float(np.sqrt(share)),
-                # the error of a root is half that of its square, over the root
-                gain_standard_error=0.5 * doubt / float(np.sqrt(share)) if share > 0 else 0.0,
-                parameter=one.parameter,
-            )
-        )
+        root = float(np.sqrt(share))
+        # the error of a root is half that of its square, over the root
+        error = 0.5 * doubt / root if share > 0 else 0.0
+        near, rms = (float(np.sqrt(mean)) for mean in (squares[name].sum() / n, np.mean(one.residual_nm**2)))
+        rungs.append(Rung(name, near, rms, 1.0 - root, error, one.parameter))
     best = min(squares, key=lambda name: float(squares[name].sum()))
     chosen = next(name for name in squares if _as_good(squares[name], squares[best]))
     return Reversals(tuple(rungs), turns, chosen)

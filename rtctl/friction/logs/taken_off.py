@@ -21,7 +21,7 @@ import numpy as np
 from rtctl.friction.logs.bristle_columns import by_lugre
 from rtctl.friction.logs.dynamics import AxisLog, smooth
 from rtctl.friction.logs.reversal_memory import TurnRows, tried_lengths
-from rtctl.friction.logs.turns import made_ready
+from rtctl.friction.logs.turns import parts_of
 
 SHARE_LEAST, SHARE_MOST = 0.3, 1.2
 """Shares of the friction that are told as taken off: sound joints of other laws showed .22 at most, and no
@@ -63,7 +63,7 @@ def taken_off(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Warning that friction is taken off the torque of some logs (or of stretches of them), and what they
     cannot tell of it; each empty or of one text."""
-    parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+    parts = parts_of(logs, cutoff_hz, speed_min_rad_s)
     lengths = tried_lengths(parts)
     if not len(lengths):
         return (), (CANNOT,)

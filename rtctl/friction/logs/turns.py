@@ -19,6 +19,10 @@ SHORTEST_RAD = 1e-5
 LONGEST_SHARE = 0.2
 """Longest length that is tried, share of the range of the motion: strokes must be long enough to slide."""
 
+FEW_TURNS = 0.1
+"""Share of the turns up to which stretches are left out whose whole range is below `LONGEST_SHARE` of the
+widest: the end of a log, in which the joint hardly moves."""
+
 STRIBECK_RAD_S = (0.02, 0.1)
 """Speeds of the Stribeck peaks beside the Coulomb friction: without them a peak at rest looks like shorter
 bristles."""
@@ -51,6 +55,16 @@ class TurningPart:
         """Columns (n,) through the filter of the motion, all at once, in the rows looked at: (rows, k)."""
         filtered = smooth(np.stack(columns), self.rate_hz, self.cutoff_hz)
         return np.ascontiguousarray(filtered[:, self.rows].T)
+
+
+def parts_of(logs: Sequence[AxisLog], cutoff_hz: float, speed_min_rad_s: float) -> list[TurningPart]:
+    """Stretches made ready, without those that are too short and those that hardly move beside the others
+    (`FEW_TURNS`): the longest length that is tried would go by their range, and end below the true one."""
+    parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+    widest = max((float(np.ptp(part.path_rad)) for part in parts), default=0.0)
+    wide = [part for part in parts if np.ptp(part.path_rad) >= LONGEST_SHARE * widest]
+    turns = sum(part.turns for part in parts)
+    return wide if sum(part.turns for part in wide) >= (1 - FEW_TURNS) * turns else parts
 
 
 def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> TurningPart | None:

@@ -65,8 +65,7 @@ def perf_event(attributes: bytes, core: int) -> int:
     is refused."""
     call = _PERF_EVENT_OPEN.get(os.uname().machine)
     if call is None:
-        msg = "the number of perf_event_open(2) is not known for this processor"
-        raise OSError(msg)
+        raise OSError("the number of perf_event_open(2) is not known for this processor")
     libc = ctypes.CDLL(None, use_errno=True)
     given = ctypes.create_string_buffer(attributes, len(attributes))
     # -1: every task, on that core; the second -1: no group

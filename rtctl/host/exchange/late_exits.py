@@ -99,8 +99,7 @@ class Exits:
         # 20: nlmsghdr (16 bytes) and genlmsghdr (4)
         numbers = [body for kind, body in _attributes(answer[20:]) if kind == _FAMILY_ID]
         if not numbers:
-            msg = "this kernel has no taskstats"
-            raise OSError(msg)
+            raise OSError("this kernel has no taskstats")
         return int(struct.unpack_from("<H", numbers[0])[0])
 
     def _send(self, family: int, command: int, attributes: bytes) -> bytes:

@@ -147,6 +147,28 @@ def test_points_given_twice_of_few_digits_and_that_scatter_are_named():
         assert re.search(said, told)
 
 
+@pytest.mark.parametrize("copies", [1, 2])
+def test_points_at_set_speeds_agree_by_chance_and_are_no_copies(copies):
+    """Friction of three digits, ten runs at each of twenty speeds: a third agrees with another."""
+    rng = np.random.default_rng(0)
+    speed = np.tile(np.round(np.geomspace(0.02, 5.0, 20), 3), 10)
+    v = np.concatenate([speed, -speed])
+    f = (0.3 + 0.07 * np.abs(v)) * (1 + 0.02 * rng.normal(size=len(v)))
+    coarse = table_of(np.tile(v, copies), np.tile(np.round(f, 3), copies))
+    assert not doubtful_points(coarse, known=True)
+    fine = doubtful_points(table_of(np.tile(v, copies), np.tile(f, copies)), known=True)
+    assert [said for said in fine if "repeat another" in said] == fine
+    assert len(fine) == copies - 1
+    # whatever else was measured tells them apart, but for the number of the file that they stand in
+    timed = FrictionPoints.from_rows(
+        np.column_stack([v, f, np.sign(v), np.full((len(v), 2), np.nan)]).repeat(2, axis=0),
+        "table.csv", "0", {"time_s": np.arange(2.0 * len(v)), "log": np.tile([0.0, 1.0], len(v))},
+    )  # fmt: skip
+    assert not doubtful_points(timed, known=True)
+    both = replace(timed, columns={"log": timed.columns["log"]})
+    assert "400 of 800 points repeat" in doubtful_points(both, known=True)[0]
+
+
 def test_a_zero_that_wanders_from_run_to_run_scatters_however_quiet_each_run_is():
     """Each run's own standard deviation was taken for what a point may be off."""
     speed = np.geomspace(0.02, 5.0, 24)

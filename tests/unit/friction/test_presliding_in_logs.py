@@ -95,6 +95,21 @@ def test_nan_tells_nothing(column):
     assert presliding_of_logs([broken]) is None
 
 
+@pytest.mark.parametrize("amplitude_rad", [0.002, 0.008])
+def test_a_second_in_which_the_joint_hardly_moves_takes_no_length_from_the_rest(amplitude_rad):
+    """The end of a log behind a gap: 18 of 36 logs of such a joint told no length any more."""
+    whole = log(stop, 4e-3, stribeck=0.3, seconds=10.0)
+    t = np.arange(1000) / RATE_HZ
+    hardly = AxisLog(
+        RATE_HZ, amplitude_rad * np.sin(12 * t), COULOMB * np.cos(12 * t) + BIAS, "end", "0" * 64
+    )
+    assert presliding_of_logs([whole, hardly]) == presliding_of_logs([whole])
+    # of many turns it is not left out: the bristles of a joint that hardly does more are its own
+    t = np.arange(5000) / RATE_HZ
+    many = AxisLog(RATE_HZ, 0.008 * np.sin(40 * t), COULOMB * np.cos(40 * t) + BIAS, "end", "0" * 64)
+    assert presliding_of_logs([whole, many]) != presliding_of_logs([whole])
+
+
 def test_a_length_needs_turns():
     assert presliding_of_logs([log(stop, 1e-3, seconds=1.2)]) is None
     assert TURNS_MIN > 2

@@ -7,6 +7,7 @@ from simulated_bristles import log, lugre, maxwell_slip, rigid, stop
 from rtctl.friction.logs.bristle_columns import lugre_bristle
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, AxisLog, smooth
 from rtctl.friction.logs.reversal_memory import TURNS_MIN, WORTH, TurnRows, reversals_of_logs
+from rtctl.friction.logs.turns import made_ready
 
 
 def rungs(found):
@@ -50,6 +51,18 @@ def test_what_is_told_is_of_rows_that_were_not_fitted_to():
         heard = np.std(smooth(noise, whole.rate_hz, CUTOFF_HZ))
         left += [rung.rms_nm / heard for rung in reversals_of_logs([alone]).rungs]
     assert np.mean(left) > 1.0
+
+
+def test_turns_that_are_all_within_one_block_tell_nothing():
+    """What was fitted where nothing turns gave errors of 1e139 N m where something did."""
+    rate, rng = 1000.0, np.random.default_rng(0)
+    t = np.arange(0, 30, 1 / rate)
+    burst = (t > 18) & (t < 19)
+    v = np.where(burst, 0.5 * np.sin(2 * np.pi * 10 * (t - 18) + 0.5), 0.05)
+    torque = 0.05 * v + 0.25 * np.sign(v) + 0.01 * rng.standard_normal(len(t))
+    made = AxisLog(rate, np.cumsum(v) / rate, torque, "made", "0" * 64)
+    assert made_ready(made, CUTOFF_HZ, 0.03).turns > TURNS_MIN
+    assert reversals_of_logs([made]) is None
 
 
 def test_a_zero_and_a_difference_between_directions_are_told_apart_by_no_rounding():

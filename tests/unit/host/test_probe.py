@@ -67,7 +67,7 @@ def refuse():
 @pytest.fixture
 def loaded(tmp_path, monkeypatch):
     channels = Channels(Fake.provides, Fake.consumes)
-    info = BackendInfo(f"{__name__}:Fake", "hw.simulators.mock_options:MockOptions", False, "", channels)
+    info = BackendInfo(f"{__name__}:Fake", "hw.simulators.mock_options:MockOptions", False, channels)
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)
     monkeypatch.setattr(Fake, "script", {})
     registry.lookup.cache_clear()
@@ -156,7 +156,6 @@ def test_a_device_that_answers_only_when_asked_is_asked_and_never_commanded(load
         f"{__name__}:Asked",
         "hw.simulators.mock_options:MockOptions",
         False,
-        "",
         Channels(Fake.provides, Fake.consumes),
     )
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)
@@ -180,7 +179,6 @@ def test_the_force_is_shown_tared_by_its_first_samples_as_before_arming(loaded, 
         f"{__name__}:Biased",
         "hw.simulators.mock_options:MockOptions",
         False,
-        "",
         Channels(Fake.provides, Fake.consumes),
     )
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)

@@ -55,7 +55,7 @@ def faked(name, monkeypatch):
     """A shipped rig whose devices are all `Fake`."""
     loaded = load(CONFIGS / name)
     MADE.clear()
-    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False)
     monkeypatch.setattr(registry, "lookup", lambda _kind: info)
     monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
     return loaded
@@ -190,7 +190,7 @@ def test_a_driver_that_cannot_be_made_is_named_and_keeps_no_other_under_torque(m
     drive, sensor = loaded.members()
     other = replace(drive, label="other")
     MADE.clear()
-    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False)
     monkeypatch.setattr(registry, "lookup", lambda _kind: info)
     rig = SimpleNamespace(config=loaded.config, members=lambda: [drive, sensor, other])
 

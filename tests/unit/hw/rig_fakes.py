@@ -68,7 +68,7 @@ def rig(n_axes=1):
 @contextmanager
 def known():
     """Within it, `fake` is a kind of device."""
-    info = BackendInfo(factory=f"{__name__}:Fake", options="", simulated=False, summary="")
+    info = BackendInfo(factory=f"{__name__}:Fake", options="", simulated=False)
     registry.BUILT_IN["fake"] = info
     registry.lookup.cache_clear()
     try:

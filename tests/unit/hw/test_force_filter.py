@@ -82,7 +82,7 @@ def bad_sensor(options, rig):
 
 
 def test_a_declaration_that_is_no_number_is_refused(monkeypatch):
-    info = BackendInfo("x:y", "x:y", simulated=True, summary="", force=f"{__name__}:bad_sensor")
+    info = BackendInfo("x:y", "x:y", simulated=True, force=f"{__name__}:bad_sensor")
     monkeypatch.setattr(registry, "lookup", lambda kind: info)
     with pytest.raises(BackendError, match="ForceSensor"):
         registry.force_sensor("mock", {}, RIG)

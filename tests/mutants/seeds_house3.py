@@ -1,0 +1,63 @@
+"""Seeded bugs of a third reading of the house: what devices say of themselves, and files nobody had read."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+REGISTRY = ("tests/unit/hw/test_registry.py",)
+
+REVERSALS = ("tests/unit/friction/test_reversal_memory.py",)
+POINTS = ("tests/unit/friction/test_points_check.py",)
+INPUT = ("tests/unit/friction/test_log_input.py",)
+
+SEEDS = (
+    Seed(
+        "a joint that a package declares is believed as it is",
+        "hw/registry.py",
+        "_rows(target, Joint, options, rig)",
+        "list(_resolve(target)(options, rig))",
+        REGISTRY,
+    ),
+    Seed(
+        "a number that is none passes as one of a joint",
+        "hw/registry.py",
+        "isinstance(value, Real) and math.isfinite(value) and float(value) >= 0",
+        "isinstance(value, Real) and not float(value) < 0",
+        REGISTRY,
+    ),
+    Seed(
+        "turns of one half alone are judged by the other",
+        "rtctl/friction/logs/reversal_memory.py",
+        "all(len(blocks) >= BLOCKS_MIN // 2 for blocks in turning)",
+        "any(len(blocks) >= 0 for blocks in turning)",
+        REVERSALS,
+    ),
+    Seed(
+        "a velocity that was recorded is asked for",
+        "rtctl/friction/logs/log_checks.py",
+        "for stretches in logs for one in stretches if one.velocity_rad_s is None):",
+        "for stretches in logs for one in stretches):",
+        INPUT,
+    ),
+    Seed(
+        "points at set speeds that agree by chance are copies",
+        "rtctl/friction/logs/points_check.py",
+        "again >= REPEATS_LEAST + CHANCE * by_chance",
+        "again >= REPEATS_LEAST",
+        POINTS,
+    ),
+    Seed(
+        "points of two files are not copies",
+        "rtctl/friction/logs/points_check.py",
+        'if name != "log"]',
+        'if name != "place"]',
+        POINTS,
+    ),
+    Seed(
+        "the end of a log in which the joint hardly moves bounds the lengths that are tried",
+        "rtctl/friction/logs/turns.py",
+        "return wide if sum(",
+        "return wide if 0 > sum(",
+        ("tests/unit/friction/test_presliding_in_logs.py",),
+    ),
+)
