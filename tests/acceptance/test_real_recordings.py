@@ -73,11 +73,19 @@ def test_compensation_learned_from_one_recording_takes_most_of_the_hands_effort_
 
 
 def test_the_feed_forward_never_exceeds_the_friction_nor_what_the_hand_needed(master):
-    for part in ("forward", "backward", "slow"):
+    for part in ("forward", "backward"):
         found = master["interaction"][part]
-        assert found["feedforward_rms_nm"] < found["friction_rms_nm"]
-        # where it turns, the inertia overcomes some of the friction, and the hand needs less than that
-        assert part == "slow" or found["feedforward_rms_nm"] < found["hand_rms_nm"]
+        assert found["feedforward_rms_nm"] < min(found["friction_rms_nm"], found["hand_rms_nm"])
+    # where it turns, bristles have not bent yet and friction is less: the hand still needs less than before
+    slow = master["interaction"]["slow"]
+    assert slow["left_rms_nm"] < 0.6 * slow["hand_rms_nm"]
+
+
+def test_what_goes_by_the_place_is_no_friction_of_another_day(master):
+    # the gauge's torque depends on the position: counted as friction it made 3.2 mN m of this, and the
+    # inertia .28 g m^2
+    assert master["prediction"]["rmse_nm"] < 2.0e-3
+    assert master["log"]["inertia_kgm2"] == pytest.approx(0.8e-3, rel=0.15)
 
 
 def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):

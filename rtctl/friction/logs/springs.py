@@ -87,12 +87,15 @@ class Spring:
     columns: dict[str, np.ndarray]
     told: str
 
+    def torque(self, position_rad: np.ndarray) -> np.ndarray:
+        """That torque at positions (n,), N m, but for its mean, which no log tells from an offset."""
+        return np.asarray((self.form.columns(position_rad) - self.means) @ self.coefficients)
+
     def taken_out(self, logs: Logs) -> Logs:
-        """The logs without that torque, but for its mean, which no log tells from an offset."""
+        """The logs without that torque."""
 
         def without(log: AxisLog) -> AxisLog:
-            columns = self.form.columns(log.position_rad) - self.means
-            return replace(log, torque_nm=log.torque_nm - columns @ self.coefficients)
+            return replace(log, torque_nm=log.torque_nm - self.torque(log.position_rad))
 
         return tuple(tuple(without(one) for one in stretches) for stretches in logs)
 
