@@ -21,4 +21,11 @@ SEEDS = (
         "stored = inertial",
         (SPRUNG,),
     ),
+    Seed(
+        "a command without columns ends a recording unnamed",
+        "rtctl/client/capture.py",
+        "first, *_ = columns.values()",
+        "first = next(iter(columns.values()))",
+        ("tests/unit/test_broken_telemetry.py::test_what_a_recording_cannot_read_is_a_named_error",),
+    ),
 )
