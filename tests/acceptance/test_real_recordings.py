@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rtctl.friction.logs.log_input import Gearing, options_of
+from rtctl.friction.logs.log_points import checked
 from rtctl.simulation.playback_job import Job, run
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "tue_haptic_1dof"
@@ -105,3 +107,14 @@ def test_one_curve_per_direction_predicts_unseen_friction_far_better_than_one_fo
 def test_friction_of_one_controllers_run_predicts_anothers():
     found = run(job("f", "e", **SLAVE))["prediction"]
     assert found["rmse_nm"] <= 6.8e-3
+
+
+@pytest.mark.parametrize("letter", ["d", "e", "f"])
+def test_a_short_travel_is_told_no_gravity_of_a_robot(letter):
+    # 2 mN m over .1 rad were told as a gravity of -24.7 N m beside a spring of 24.7 N m/rad
+    columns = {"time": {"column": "time_s"}, "position": {"column": "pos_master_rad"}}
+    columns["motor_torque"] = {"column": "neg_torque_human_nm"}
+    found = checked([options_of(free_motion(letter), columns, None)], Gearing())
+    parameters = found.fit.symmetric.parameters
+    assert not [name for name in parameters if name.startswith("gravity")]
+    assert parameters["stiffness_nm_rad"].value == pytest.approx(0.07, abs=0.035)

@@ -6,6 +6,8 @@ from seed import Seed
 
 SPRUNG = "tests/unit/test_playback_doubts.py::test_a_spring_that_a_hand_pulls_is_neither_inertia_nor_friction"
 
+SPRINGS = "tests/unit/friction/test_springs.py"
+
 SEEDS = (
     Seed(
         "a log that is judged keeps its spring as inertia",
@@ -27,5 +29,26 @@ SEEDS = (
         "first, *_ = columns.values()",
         "first = next(iter(columns.values()))",
         ("tests/unit/test_broken_telemetry.py::test_what_a_recording_cannot_read_is_a_named_error",),
+    ),
+    Seed(
+        "a short travel tells how large gravity is",
+        "rtctl/friction/logs/springs.py",
+        "return not apart or max(gravity, default=0.0) > SEEN_MOST * float(np.ptp(columns @ fit.added))",
+        "return False",
+        (f"{SPRINGS}::test_over_a_short_travel_gravity_and_a_spring_are_told_together",),
+    ),
+    Seed(
+        "a gas spring gets stiffer towards larger positions only",
+        "rtctl/friction/logs/springs.py",
+        "tried = np.linspace(-math.log(GROWS_MOST), math.log(GROWS_MOST), 15)",
+        "tried = np.linspace(0.01, math.log(GROWS_MOST), 15)",
+        (f"{SPRINGS}::test_a_slide_on_a_gas_spring_is_told_with_how_much_stiffer_it_gets",),
+    ),
+    Seed(
+        "a preload is told as the sensor's zero",
+        "rtctl/friction/logs/plausibility.py",
+        'if any(name.startswith(("stiffness", "gravity")) for name in found):',
+        "if False:",
+        (f"{SPRINGS}::test_an_offset_beside_a_spring_is_told_as_its_pull",),
     ),
 )
