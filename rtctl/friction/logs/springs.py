@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.balance import Balance, Fit
@@ -92,6 +91,8 @@ def _series(name: str, signals: Regressors, terms: int) -> Form:
 def _gas_spring(balance: Balance, logs: Logs) -> Form:
     """The gas spring that leaves least over: u/(1 - b u) of the way u from the mean position, whose
     coefficient is the stiffness there."""
+    from scipy.optimize import minimize_scalar
+
     middle = middle_rad(balance.signals)
     ends = [end for stretches in logs for log in stretches for end in _ends(log.position_rad)]
     low, high = min(ends) - middle, max(ends) - middle
