@@ -51,4 +51,11 @@ SEEDS = (
         "if False:",
         (f"{SPRINGS}::test_an_offset_beside_a_spring_is_told_as_its_pull",),
     ),
+    Seed(
+        "a torque constant that falls is told where nothing else is left over only",
+        "rtctl/friction/logs/torque_shape.py",
+        "if not plainly and not (abs(found.value)",
+        "if not (abs(found.value)",
+        ("tests/unit/friction/test_torque_shape.py",),
+    ),
 )
