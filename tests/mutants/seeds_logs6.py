@@ -8,6 +8,8 @@ SPRUNG = "tests/unit/test_playback_doubts.py::test_a_spring_that_a_hand_pulls_is
 
 SPRINGS = "tests/unit/friction/test_springs.py"
 
+CELLS = "tests/unit/hw/test_cells.py"
+
 SEEDS = (
     Seed(
         "a log that is judged keeps its spring as inertia",
@@ -57,5 +59,26 @@ SEEDS = (
         "if not plainly and not (abs(found.value)",
         "if not (abs(found.value)",
         ("tests/unit/friction/test_torque_shape.py",),
+    ),
+    Seed(
+        "a message that was cut off is left out as if nobody had written it",
+        "hw/playback/message_lines.py",
+        "elif set(own) & set(names):",
+        "elif False:",
+        (CELLS,),
+    ),
+    Seed(
+        "cells without a name are words of a message",
+        "hw/playback/message_lines.py",
+        "any(map(str.isdigit, words))",
+        "False",
+        (CELLS,),
+    ),
+    Seed(
+        "the nanoseconds of a stamp are left out",
+        "hw/playback/json_rows.py",
+        "1e-9 * float(value[ns])",
+        "0.0 * float(value[ns])",
+        (CELLS,),
     ),
 )
