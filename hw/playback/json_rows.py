@@ -85,10 +85,20 @@ def _paths(before: str, value: Mapping[str, Any], depth: int = DEEPEST) -> dict[
     found: dict[str, Any] = {}
     for name, each in value.items():
         if isinstance(each, dict) and depth:
+            if (stamp := _stamp(each)) is not None:
+                found[f"{before}{name}"] = stamp
             found |= _paths(f"{before}{name}.", each, depth - 1)
         else:
             found[f"{before}{name}"] = each
     return found
+
+
+def _stamp(value: Mapping[str, Any]) -> float | None:
+    """The s of a time that ROS writes in two parts; None of anything else."""
+    for s, ns in (("sec", "nanosec"), ("secs", "nsecs")):
+        if value.keys() == {s, ns} and all(isinstance(each, int) for each in value.values()):
+            return float(value[s]) + 1e-9 * float(value[ns])
+    return None
 
 
 def _numbers(values: list[Any]) -> np.ndarray:

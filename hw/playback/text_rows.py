@@ -18,7 +18,7 @@ MONITORED = 200
 _MONITOR = re.compile(r"\s*\d{2}:\d{2}:\d{2}[.,]\d{3}\s*->\s*")
 """`14:02:11.120 -> `: when a serial monitor got the line."""
 
-_LABELLED = re.compile(r"([^\W\d][\w./]*)\s*[:=]\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\w.:])")
+LABELLED = re.compile(r"([^\W\d][\w./]*)\s*[:=]\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\w.:])")
 """`q:1.25`, as the plotter of Arduino has it, Teleplot (`>q:1.25`), and `q=1.25` of logfmt."""
 
 ENDS = ("EOF", "END")
@@ -62,8 +62,8 @@ def unlabelled(lines: list[str]) -> list[str]:
 
 def _labels(line: str) -> tuple[list[str], list[str]]:
     """Names and values of a line of nothing but these; none without."""
-    found = _LABELLED.findall(line)
-    bare = not _LABELLED.sub("", line).strip(" \t,;|>")
+    found = LABELLED.findall(line)
+    bare = not LABELLED.sub("", line).strip(" \t,;|>")
     return ([name for name, _ in found], [value for _, value in found]) if bare else ([], [line])
 
 

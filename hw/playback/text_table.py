@@ -16,6 +16,7 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.cells import marks_of, number, read_cells, read_words
+from hw.playback.message_lines import of_messages
 from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unlabelled, unstamped
 from hw.playback.wrong_cells import first_wrong, no_number
 
@@ -75,8 +76,7 @@ class _Layout:
     delimiter: str | None
     index: tuple[int, ...]
     extra: int = 0
-    """Commas at the end of the header where commas delimit nothing: a spreadsheet wrote the whole line into
-    its first cell."""
+    """Commas at the header's end where commas delimit nothing: a spreadsheet wrote the line into one cell."""
 
     def line(self, text: str) -> str:
         """The line without what the spreadsheet added."""
@@ -100,7 +100,7 @@ def read_text(
     BackendError
         No header with these names, no rows, a cell that is no number (with column and row, from 1 below the
         header)."""
-    lines = unlabelled(unstamped(text.rstrip("\0").split("\n")))
+    lines = of_messages(unlabelled(unstamped(text.rstrip("\0").split("\n"))))
     layout = _layout(path, lines, names, delimiter)
     head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
     body = [

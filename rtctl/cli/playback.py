@@ -143,7 +143,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 def _lines(result: dict[str, Any], job: Job) -> list[str]:
     log = result["log"]
     lines = [f"log      {log['file']} ({log['samples']} friction samples, {result['rate_hz']:.6g} Hz)"]
-    lines.append(_dynamics(log))
+    lines += [_dynamics(log), *_warnings(result["warnings"])]
     for each in result["fit"]["logs"] if "fit" in result else ():
         lines += [f"fit from {each['file']}", _dynamics(each)]
     if "fit" in result:

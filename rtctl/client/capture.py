@@ -20,6 +20,9 @@ from rtctl.wire.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_
 SILENCE_S = 3.0
 """Without a word for so long the daemon has ended (docs/protocol.md)."""
 
+_UNREADABLE = (AttributeError, LookupError, TypeError, ValueError, msgpack.UnpackException)
+"""What a message of another shape ends in."""
+
 # as of a stream: more than half a minute of a rig of 1 kHz, while the disk is waited for
 QUEUE_MESSAGES = 5000
 
@@ -106,7 +109,7 @@ class Capture:
                     self._take_events(message)
                     continue
                 found = self._take(topic, message)
-            except (KeyError, TypeError, ValueError, msgpack.UnpackException) as error:
+            except _UNREADABLE as error:
                 raise ClientError(
                     f"telemetry this client cannot read ({error!r}); is the daemon another version?"
                 ) from error
@@ -175,6 +178,10 @@ def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
 
 def _table(columns: Mapping[str, Any], dtype: np.dtype[np.void]) -> np.ndarray:
     """Rows of a record from its columns; those that are missing are 0."""
-    table = np.zeros(next(iter(columns.values()))["shape"][0], dtype)
+    first, *_ = columns.values()  # of no column at all a ValueError, which is named
+    rows = int(first["shape"][0])
+    if rows > len(first["data"]):  # before room is made for what did not come
+        raise ValueError(f"{rows} rows in {len(first['data'])} bytes")
+    table = np.zeros(rows, dtype)
     fill(table, columns)
     return table

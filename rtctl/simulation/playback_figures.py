@@ -1,10 +1,4 @@
-"""What friction compensation would have done to a recorded interaction, as figures.
-
-A model is learned from one recording and judged on another. With ``tau_h`` the torque of the hand and
-``tau_ff`` the feed-forward (both positive when they accelerate the joint), the same motion under
-compensation would have needed ``tau_h - tau_ff`` from the hand: that is *what is left*. It assumes that
-the hand would have moved as it did. `J a` is the part of it that accelerates the joint, which no friction
-model can take away."""
+"""Friction that is learned from one recording and judged on another, as figures."""
 
 from __future__ import annotations
 
@@ -16,7 +10,6 @@ from typing import Any, Literal
 import numpy as np
 
 from hw.interface import Rig
-from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.hold_out import way_for
@@ -28,14 +21,16 @@ from rtctl.friction.logs.dynamics import (
     Dynamics,
     differentiate,
     regress,
-    smooth,
 )
-from rtctl.friction.logs.log_input import aligned, of_file
+from rtctl.friction.logs.log_input import aligned, of_file, radian_of
 from rtctl.friction.logs.log_points import checked, read_in_time
 from rtctl.friction.logs.logs import FrictionSamples, friction_samples, level_points, pool
+from rtctl.friction.logs.regressors import regressors
+from rtctl.friction.logs.springs import Spring, spring_in
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 from rtctl.simulation.playback_doubts import Log, against_identify
+from rtctl.simulation.playback_interaction import rms
 from rtctl.simulation.playback_run import load_log
 
 EPSILON_NM = 0.001
@@ -59,13 +54,15 @@ class Settings:
 
 @dataclass(frozen=True)
 class Judged:
-    """One log with its dynamics, the inertia and bias taken, and its friction samples."""
+    """One log with its dynamics, the inertia and bias taken, and its friction samples; all without the torque
+    of `spring`, where something that goes by the place plainly acts."""
 
     log: AxisLog
     dynamics: Dynamics
     inertia_kgm2: float
     bias_nm: float
     samples: FrictionSamples
+    spring: Spring | None = None
 
     @property
     def regressed(self) -> Log:
@@ -110,7 +107,19 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
             [options], rig, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
         )
         (delay_s,) = found.torque_delays_s
-    return _judged(aligned(recording, rig, delay_s), settings)
+    log = replace(aligned(recording, rig, delay_s), radian=radian_of([recording], rig))
+    spring = _spring(log, settings)
+    ((free,),) = spring.taken_out(((log,),)) if spring else ((log,),)
+    return replace(_judged(free, settings), spring=spring)
+
+
+def _spring(log: AxisLog, settings: Settings) -> Spring | None:
+    """The torque that goes by the place in a log; None, too, of one that is too poor to look for it."""
+    try:
+        signals = regressors(log, settings.cutoff_hz, settings.speed_min_rad_s)
+        return spring_in(signals, ((log,),), settings.speed_min_rad_s)
+    except DataError:
+        return None  # a log to be judged is held to less than one to learn from: its regression decides
 
 
 def _judged(log: AxisLog, settings: Settings) -> Judged:
@@ -187,11 +196,6 @@ def mirrored(points: FrictionPoints) -> FrictionPoints:
     )
 
 
-def rms(values: np.ndarray) -> float:
-    """Root of the mean square; NaN for no values."""
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
-
-
 def prediction(learned: Learned, samples: FrictionSamples) -> dict[str, Any]:
     """How well the models predict friction samples they have not seen, N m RMS."""
     v, friction = samples.velocity_rad_s, samples.friction_nm
@@ -214,76 +218,3 @@ def in_range_share(model: FrictionModel, velocity_rad_s: np.ndarray) -> float:
     # each by its own direction's range: the two are seldom measured equally far
     inside = np.abs(velocity_rad_s) <= np.where(velocity_rad_s >= 0, forward, backward)
     return float(inside.mean()) if len(inside) else float("nan")
-
-
-@dataclass(frozen=True)
-class Trace:
-    """Signals of axis 0 over the counted ticks of a run: full authority, away from the filter's ends."""
-
-    time_s: np.ndarray
-    velocity_rad_s: np.ndarray
-    hand_nm: np.ndarray
-    feedforward_nm: np.ndarray
-    inertial_nm: np.ndarray
-
-    @property
-    def left_nm(self) -> np.ndarray:
-        """Torque the hand would have needed for the same motion under compensation."""
-        return np.asarray(self.hand_nm - self.feedforward_nm)
-
-
-def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: float) -> Trace:
-    """Signals of a run with J a from the recorded motion without delay.
-
-    Raises
-    ------
-    DataError
-        No tick with full authority."""
-    fresh = rows[rows["sample_age_ticks"] == 0]  # held samples would be steps of the velocity
-    position = smooth(fresh["position_rad"][:, 0], rate_hz, cutoff_hz)
-    velocity = np.gradient(position, 1.0 / rate_hz)
-    # of the same smoothed motion: two filters would leave their difference as friction
-    inertial = inertia_kgm2 * np.gradient(velocity, 1.0 / rate_hz)
-    counted = (fresh["state"] == State.ACTIVE) & (fresh["authority"] >= 1.0)
-    edge = round(rate_hz / cutoff_hz)  # a smoothed end is one-sided: its derivative is wrong
-    counted[:edge] = counted[len(counted) - edge :] = False
-    if not counted.any():
-        raise DataError("no tick had full authority: arming and soft start outlast the log; use a longer one")
-    return Trace(
-        # the first sample has number 1, at 0 s of the log
-        time_s=(fresh["sample_count"][counted] - 1) / rate_hz,
-        velocity_rad_s=velocity[counted],
-        hand_nm=fresh["hand_torque_nm"][counted, 0],
-        feedforward_nm=fresh["feedforward_torque_nm"][counted, 0],
-        inertial_nm=inertial[counted],
-    )
-
-
-def interaction(signals: Trace, speed_min_rad_s: float) -> dict[str, Any]:
-    """RMS of what the hand felt, of the feed-forward and of what is left, in all and by direction."""
-    v = signals.velocity_rad_s
-    parts = {
-        "all": np.ones(len(v), dtype=bool),
-        "forward": v >= speed_min_rad_s,
-        "backward": v <= -speed_min_rad_s,
-        "slow": np.abs(v) < speed_min_rad_s,
-    }
-    return {name: _part(signals, chosen) for name, chosen in parts.items()}
-
-
-def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
-    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]  # as recorded, and with help
-    inertial = signals.inertial_nm[chosen]
-    # what it needed as recorded, without any help
-    felt = rms(hand)
-    return {
-        "share": float(chosen.mean()),  # of the time that counts
-        "hand_rms_nm": felt,
-        "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
-        "left_rms_nm": rms(left),
-        # of nothing nothing is a share
-        "reduction": 1.0 - rms(left) / felt if felt > 0 else float("nan"),
-        "inertia_rms_nm": rms(inertial),
-        "friction_rms_nm": rms(hand - inertial),
-        "friction_left_rms_nm": rms(left - inertial),
-    }

@@ -17,8 +17,7 @@ from rtctl.friction import artefact
 from rtctl.friction.guarantee import GATE_SHARE, INTENT_SHARE
 from rtctl.friction.learn.point_evidence import with_presliding
 from rtctl.friction.logs.dynamics import SPEED_MIN_RAD_S
-from rtctl.friction.logs.log_input import TOP_RAD_S, of_file
-from rtctl.friction.logs.plausibility import largest_speed
+from rtctl.friction.logs.log_input import of_file, radian_of
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.presliding import Presliding
@@ -30,14 +29,13 @@ from rtctl.simulation.playback_figures import (
     Judged,
     Learned,
     Settings,
-    Trace,
     in_range_share,
-    interaction,
     judge,
     learn,
 )
 from rtctl.simulation.playback_figures import prediction as predict
-from rtctl.simulation.playback_figures import trace as trace_of
+from rtctl.simulation.playback_interaction import Trace, interaction
+from rtctl.simulation.playback_interaction import trace as trace_of
 from rtctl.simulation.playback_picture import save_plot
 from rtctl.simulation.playback_run import (
     changed,
@@ -93,6 +91,7 @@ def run(job: Job, progress: Callable[[float, str], None] = lambda _share, _text:
     motion = loaded.config.axis[0].motion
     result: dict[str, Any] = {"rate_hz": loaded.config.loop.rate_hz, "motion": motion}
     result["log"] = evaluated.summary()
+    result["warnings"] = [evaluated.spring.told] if evaluated.spring else []
     learned = None
     if job.fit_from:
         progress(0.2, "learning")
@@ -154,8 +153,8 @@ def _settings(job: Job, loaded: LoadedConfig) -> Settings:
 
 def _radian(loaded: LoadedConfig) -> float:
     """What stands for a radian in the thresholds of a linear log: as `rtctl identify --log` takes it."""
-    log = load_log(loaded.options, loaded.config.hardware())
-    return largest_speed(log.position_rad[:, 0], log.rate_hz) / TOP_RAD_S or 1.0
+    rig = loaded.config.hardware()
+    return radian_of([load_log(loaded.options, rig)], rig)
 
 
 def _from_rig_file(job: Job) -> LoadedConfig:
@@ -228,7 +227,9 @@ def _interaction(
     else:
         model = learned.model
         rows = _run_with(model, loaded, options, tables, None if job.config else learned)
-    signals = trace_of(rows, loaded.config.loop.rate_hz, evaluated.inertia_kgm2, job.cutoff_hz)
+    signals = trace_of(
+        rows, loaded.config.loop.rate_hz, evaluated.inertia_kgm2, job.cutoff_hz, evaluated.spring
+    )
     active = rows[rows["state"] == State.ACTIVE]
     return {
         "ticks": len(rows),

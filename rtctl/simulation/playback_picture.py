@@ -8,7 +8,8 @@ import numpy as np
 
 from hw.motion import words
 from rtctl import pictures
-from rtctl.simulation.playback_figures import Judged, Learned, Trace
+from rtctl.simulation.playback_figures import Judged, Learned
+from rtctl.simulation.playback_interaction import Trace
 
 
 def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None, motion: str) -> None:

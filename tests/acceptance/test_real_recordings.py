@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rtctl.friction.logs.log_input import Gearing, options_of
+from rtctl.friction.logs.log_points import checked
 from rtctl.simulation.playback_job import Job, run
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "tue_haptic_1dof"
@@ -73,11 +75,19 @@ def test_compensation_learned_from_one_recording_takes_most_of_the_hands_effort_
 
 
 def test_the_feed_forward_never_exceeds_the_friction_nor_what_the_hand_needed(master):
-    for part in ("forward", "backward", "slow"):
+    for part in ("forward", "backward"):
         found = master["interaction"][part]
-        assert found["feedforward_rms_nm"] < found["friction_rms_nm"]
-        # where it turns, the inertia overcomes some of the friction, and the hand needs less than that
-        assert part == "slow" or found["feedforward_rms_nm"] < found["hand_rms_nm"]
+        assert found["feedforward_rms_nm"] < min(found["friction_rms_nm"], found["hand_rms_nm"])
+    # where it turns, bristles have not bent yet and friction is less: the hand still needs less than before
+    slow = master["interaction"]["slow"]
+    assert slow["left_rms_nm"] < 0.6 * slow["hand_rms_nm"]
+
+
+def test_what_goes_by_the_place_is_no_friction_of_another_day(master):
+    # the gauge's torque depends on the position: counted as friction it made 3.2 mN m of this, and the
+    # inertia .28 g m^2
+    assert master["prediction"]["rmse_nm"] < 2.0e-3
+    assert master["log"]["inertia_kgm2"] == pytest.approx(0.8e-3, rel=0.15)
 
 
 def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):
@@ -97,3 +107,14 @@ def test_one_curve_per_direction_predicts_unseen_friction_far_better_than_one_fo
 def test_friction_of_one_controllers_run_predicts_anothers():
     found = run(job("f", "e", **SLAVE))["prediction"]
     assert found["rmse_nm"] <= 6.8e-3
+
+
+@pytest.mark.parametrize("letter", ["d", "e", "f"])
+def test_a_short_travel_is_told_no_gravity_of_a_robot(letter):
+    # 2 mN m over .1 rad were told as a gravity of -24.7 N m beside a spring of 24.7 N m/rad
+    columns = {"time": {"column": "time_s"}, "position": {"column": "pos_master_rad"}}
+    columns["motor_torque"] = {"column": "neg_torque_human_nm"}
+    found = checked([options_of(free_motion(letter), columns, None)], Gearing())
+    parameters = found.fit.symmetric.parameters
+    assert not [name for name in parameters if name.startswith("gravity")]
+    assert parameters["stiffness_nm_rad"].value == pytest.approx(0.07, abs=0.035)

@@ -1,14 +1,18 @@
 """Telemetry of another version, or broken: what can be read is, and the rest is a named error."""
 
+from types import SimpleNamespace
+
 import msgpack
 import numpy as np
 import pytest
 from test_client import Delivered, rows
 
 from rtctl.client import streams
+from rtctl.client.capture import Capture, Run
 from rtctl.client.samples import rig_state, tick_rows
 from rtctl.errors import ClientError
 from rtctl.host.exchange.samples import tick_columns
+from rtctl.wire.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_SETUP
 
 
 def test_columns_of_another_version_are_tolerated_and_broken_ones_named():
@@ -105,3 +109,25 @@ def test_a_malformed_message_is_a_named_error_and_the_stream_goes_on(stream, mes
 def test_a_batch_without_ticks_is_none():
     empty = {**NUMBERED, "row": 0, "rows": 0, "columns": tick_columns(rows(0))}
     assert streams.tick_stream(Delivered(empty), 1.0).receive(0) is None
+
+
+@pytest.mark.parametrize(
+    ("topic", "message"),
+    [
+        (TOPIC_COMMAND, {"session": 1, "columns": {}}),
+        (TOPIC_COMMAND, {"session": 1, "columns": []}),
+        (TOPIC_COMMAND, {"session": 1, "columns": {"epoch": {"shape": [], "data": b""}}}),
+        (TOPIC_COMMAND, {"session": 1, "columns": {"epoch": {"shape": [10**13], "data": b""}}}),
+        (TOPIC_SETUP, {"session": 2, "about": [], "command": None}),
+        (TOPIC_EVENT, [None]),
+        (TOPIC_COMMAND, 3),
+    ],
+)
+def test_what_a_recording_cannot_read_is_a_named_error(topic, message):
+    capture = Capture.__new__(Capture)  # without a socket of its own
+    capture.run, capture._heard = Run(1, {}, 1), 0.0
+    capture._socket = SimpleNamespace(
+        poll=lambda _ms: True, recv_multipart=lambda: (topic, msgpack.packb(message))
+    )
+    with pytest.raises(ClientError, match="cannot read"):
+        capture.receive(1.0)

@@ -228,6 +228,8 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     if not (other.inertia > 0 and other.coulomb > 0):
         return None
     part = _by_position(balance) @ other.added
+    # its own: beside a spring that is fitted already the same columns may cancel each other
+    part = part - balance.nuisance @ np.linalg.lstsq(balance.nuisance, part, rcond=1e-9)[0]
     if np.std(part) < POSITION_SHARE * balance.spread:
         return None
     return (

@@ -115,7 +115,7 @@ def read_log(
     except BackendError as error:
         raise DataError(str(error)) from error
     # by all stretches: each with its own would have rows of one log judged by two thresholds
-    radian = _radian(stretches, rig)
+    radian = radian_of(stretches, rig)
     least = SPAN_MIN_RAD * radian
     # a rest before the motion is no fault of a log, and would be refused as "hardly any motion"
     moving = [one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > least]
@@ -126,7 +126,7 @@ def read_log(
     )
 
 
-def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
+def radian_of(stretches: Sequence[Recording], rig: Rig) -> float:
     """What stands for a radian in the thresholds of the logs: of a linear axis half of the travel that its
     largest speed makes in 1 s.
 

@@ -251,19 +251,23 @@ def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
 
 
 def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
-    """Offsets of a motor torque that are taken out as its zero, and may be a difference between the
-    directions as well: nothing in a log tells."""
+    """Offsets of a motor torque that are taken out as its zero, or as the pull of a spring, and may be a
+    difference between the directions as well: nothing in a log tells."""
     found, told = fit.symmetric.parameters, []
     coulomb = found["coulomb_nm"].value  # where a joint hardly rubs it may come out below 0
     for each in fit.offsets:
         offset = found[each.parameter]
         if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
             share = f"{100 * abs(offset.value) / coulomb:.0f} % of the" if coulomb > 0 else "beside no"
+            of = "as the zero of the motor torque: where that zero is right, friction differs by so much "
+            of += "between the directions (or a weight pulls)"
+            if any(name.startswith(("stiffness", "gravity")) for name in found):
+                of = "as the pull of what goes by the place at the mean position (a preload, a weight) and "
+                of += "the zero of the motor torque: a difference of friction between the directions may be "
+                of += "in it"
             told.append(
                 f"{each.source}: an offset of {offset.value:.3g} N m, {share} Coulomb friction, is taken out "
-                "of the points as the zero of the motor torque: where that zero is right, friction differs "
-                "by so much between the directions (or a weight pulls): --keep-offset leaves it in; until "
-                "--offset-is-zero says that it is the sensor's, the points tell a fit that friction may be "
-                "less by it"
+                f"of the points {of}: --keep-offset leaves it in; until --offset-is-zero says that it is "
+                "none, the points tell a fit that friction may be less by it"
             )
     return tuple(told)

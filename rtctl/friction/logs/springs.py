@@ -6,6 +6,7 @@ friction by place is not, it is parameters of its own, and the points are withou
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -41,6 +42,16 @@ OWN_LEAST = 0.05
 APART = 20.0
 """Largest condition number of the columns of a form of which each is told by itself."""
 
+SEEN_MOST = 5.0
+"""Times the torque that was seen, from one end of the travel to the other, from which on a coefficient of
+gravity is a guess beyond it."""
+
+GROWS_MOST = 20.0
+"""Most that the pull of a gas spring grows over the travel, as a factor."""
+
+SERIES = ("stiffness_nm_rad", "stiffness_rise_nm_rad2", "stiffness_bend_nm_rad3")
+"""Derivatives of a torque by the place at the mean position, from the first on."""
+
 
 @dataclass(frozen=True)
 class Form:
@@ -54,20 +65,60 @@ class Form:
         return np.column_stack([shape(position) for shape in self.shapes.values()])
 
 
-def _forms(signals: Regressors) -> tuple[Form, ...]:
-    """Forms for the axis of these signals, the plainest first."""
-    middle = middle_rad(signals)
-    spring: dict[str, Shape] = {"stiffness_nm_rad": lambda x: x - middle}
-    if signals.radian != 1.0:
-        # half: the parameter is then what the stiffness grows by, and that at the mean stays the first one
-        rise: dict[str, Shape] = {"stiffness_rise_nm_rad2": lambda x: 0.5 * (x - middle) ** 2}
-        return Form("a spring", spring), Form("a spring that stiffens", spring | rise)
+def _forms(balance: Balance, logs: Logs) -> tuple[Form, ...]:
+    """Forms for the axis of this balance, the plainest first."""
+    spring = _series("a spring", balance.signals, 1)
+    if balance.signals.radian != 1.0:
+        return spring, _gas_spring(balance, logs)
     gravity: dict[str, Shape] = {"gravity_sine_nm": np.sin, "gravity_cosine_nm": np.cos}
     return (
-        Form("a spring", spring),
+        spring,
         Form("gravity on an arm", gravity),
-        Form("gravity on an arm and a spring", gravity | spring),
+        Form("gravity on an arm and a spring", gravity | spring.shapes),
     )
+
+
+def _series(name: str, signals: Regressors, terms: int) -> Form:
+    """The first terms of a Taylor series about the mean position: any torque, over a short travel."""
+    middle = middle_rad(signals)
+
+    def term(power: int) -> Shape:
+        return lambda x: (x - middle) ** power / math.factorial(power)
+
+    return Form(name, {SERIES[k]: term(k + 1) for k in range(terms)})
+
+
+def _gas_spring(balance: Balance, logs: Logs) -> Form:
+    """The gas spring that leaves least over: u/(1 - b u) of the way u from the mean position, whose
+    coefficient is the stiffness there."""
+    from scipy.optimize import minimize_scalar
+
+    middle = middle_rad(balance.signals)
+    ends = [end for stretches in logs for log in stretches for end in _ends(log.position_rad)]
+    low, high = min(ends) - middle, max(ends) - middle
+
+    def form(growth: float) -> Form:
+        # `growth` is the logarithm of the ratio of the pull at the ends of the travel, high to low
+        ratio = math.exp(growth)
+        bend = (ratio - 1) / (ratio * high - low)
+        stiffer, end = math.exp(2 * abs(growth)), "largest" if growth > 0 else "smallest"
+        return Form(
+            f"a gas spring that is {stiffer:.3g} times as stiff at the {end} position as at the other end",
+            {SERIES[0]: lambda x: (x - middle) / (1 - bend * (x - middle))},
+        )
+
+    def left(growth: float) -> float:
+        return balance.fit(added=form(growth).columns(balance.position)).rest
+
+    # over all first: it may have a minimum for each of the two ends
+    tried = np.linspace(-math.log(GROWS_MOST), math.log(GROWS_MOST), 15)
+    best = int(np.argmin([left(growth) for growth in tried]))
+    around = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
+    return form(float(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 0.02}).x))
+
+
+def _ends(x: np.ndarray) -> tuple[float, float]:
+    return float(x.min()), float(x.max())
 
 
 def middle_rad(signals: Regressors) -> float:
@@ -87,12 +138,15 @@ class Spring:
     columns: dict[str, np.ndarray]
     told: str
 
+    def torque(self, position_rad: np.ndarray) -> np.ndarray:
+        """That torque at positions (n,), N m, but for its mean, which no log tells from an offset."""
+        return np.asarray((self.form.columns(position_rad) - self.means) @ self.coefficients)
+
     def taken_out(self, logs: Logs) -> Logs:
-        """The logs without that torque, but for its mean, which no log tells from an offset."""
+        """The logs without that torque."""
 
         def without(log: AxisLog) -> AxisLog:
-            columns = self.form.columns(log.position_rad) - self.means
-            return replace(log, torque_nm=log.torque_nm - columns @ self.coefficients)
+            return replace(log, torque_nm=log.torque_nm - self.torque(log.position_rad))
 
         return tuple(tuple(without(one) for one in stretches) for stretches in logs)
 
@@ -120,12 +174,19 @@ def spring_in(signals: Regressors, logs: Logs, speed_min_rad_s: float) -> Spring
     # a motor that plays a spring, its sign turned beside the hand's torque, looks like one of twice as much
     external_nm = external_of(logs, signals.cutoff_hz, speed_min_rad_s)
     balance = Balance.of(replace(signals, external_nm=external_nm))
-    forms = _forms(signals)
+    forms = _forms(balance, logs)
     fits = [balance.fit(added=form.columns(balance.position)) for form in forms]
     k = _plainest([fit.rest for fit in fits])
     if not _is_there(balance, plain, fits[k], forms[k]):
         return None
-    form = forms[k]
+    form, fit = forms[k], fits[k]
+    more = ""
+    if _is_a_guess(balance, form, fit):
+        near = _series(f"what a short travel shows of {form.name}", signals, len(form.shapes))
+        as_near = balance.fit(added=near.columns(balance.position))
+        if as_near.rest < TOLD_APART * fit.rest:
+            form, fit = near, as_near
+            more = "; its slope at the mean position, and how that bends, are told, and nothing beyond"
 
     def passed(shape: Shape) -> np.ndarray:
         # of the position as it was recorded: a sine of a low-passed angle is no low-passed sine
@@ -142,11 +203,12 @@ def spring_in(signals: Regressors, logs: Logs, speed_min_rad_s: float) -> Spring
     # beside a form of three columns one of two that leaves as much over is no other: it is a part of it
     others = [
         other.name
-        for other, fit in zip(forms, fits, strict=True)
-        if other is not form and len(other.shapes) <= 2 and fit.rest < TOLD_APART * fits[k].rest
+        for other, left in zip(forms, fits, strict=True)
+        if other is not forms[k] and len(other.shapes) <= 2 and left.rest < TOLD_APART * fits[k].rest
     ]
-    apart = np.linalg.cond(matrix / np.sqrt((matrix**2).mean(axis=0))) < APART
-    told = _text(signals, form, float(np.std(matrix @ coefficients)), others, apart=bool(apart))
+    if others:
+        more += f"; {' and '.join(others)} would look alike over this travel"
+    told = _text(signals, form, float(np.std(matrix @ coefficients)), more)
     return Spring(form, coefficients, means, columns, told)
 
 
@@ -200,10 +262,17 @@ def _is_there(balance: Balance, plain: Fit, fit: Fit, form: Form) -> bool:
     return not explained_as_well(balance, plain, fit)
 
 
-def _text(signals: Regressors, form: Form, size_nm: float, others: list[str], *, apart: bool) -> str:
-    more = f"; {' and '.join(others)} would look alike over this travel" if others else ""
-    if not apart:
-        more += "; over so short a travel only their sum is told, and inertia and friction beside it"
+def _is_a_guess(balance: Balance, form: Form, fit: Fit) -> bool:
+    """Whether the coefficients of a form say more than its sum: columns that are alike, or gravity far
+    beyond what was seen of it."""
+    columns = form.columns(balance.position)
+    columns = columns - columns.mean(axis=0)
+    apart = np.linalg.cond(columns / np.sqrt((columns**2).mean(axis=0))) < APART
+    gravity = [abs(one) for name, one in zip(form.shapes, fit.added, strict=True) if name not in SERIES]
+    return not apart or max(gravity, default=0.0) > SEEN_MOST * float(np.ptp(columns @ fit.added))
+
+
+def _text(signals: Regressors, form: Form, size_nm: float, more: str) -> str:
     return (
         f"{signals.source}: the torque depends on the position ({size_nm:.3g} N m RMS), alike in both "
         f"directions: it is taken for {form.name}, fitted ({', '.join(form.shapes)}, about the mean position "

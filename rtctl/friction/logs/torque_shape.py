@@ -39,6 +39,10 @@ EXPLAINS_MUCH = 0.6
 drives that saturate leave .03 to .12, scales that drift .02 to .43, friction that is not quite Coulomb +
 viscous .54 and more."""
 
+PLAINLY_BESIDE, INERTIA_MOVED = 10.0, 0.05
+"""Standard errors beside the other columns from which on a bend that is alike with and without them, and
+changes the inertia by that share, is told, whatever else is left over (decision 0173)."""
+
 DRIFT_LEAST = 0.1
 """Least change of a scale over a log that is told."""
 
@@ -79,8 +83,8 @@ class Effect:
         )
 
     def alike(self) -> bool:
-        """Whether it is a share of a gear, and the same beside the others."""
-        return SHARE_LEAST < self.value < SHARE_TOLD and abs(self.beside / self.value - 1) < ALIKE
+        """Whether it is the same beside the others."""
+        return abs(self.beside / self.value - 1) < ALIKE
 
 
 class PlainBalance:
@@ -119,10 +123,17 @@ class PlainBalance:
         matrix, found = self._solved(column)
         return np.asarray(matrix @ found)
 
+    def inertia_without(self, column: np.ndarray) -> float:
+        """How many times as large the inertia is without `column` as with it, beside the others."""
+        both = (np.column_stack([self.others, column]), self.others)
+        with_it, without = (float(self._solved(more)[1][0]) for more in both)
+        return without / with_it
+
     def _solved(self, column: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Columns of the balance on every row, `column` the last, and their coefficients."""
-        more = np.zeros((len(self.rows), 0)) if column is None else column[:, None]
-        matrix = np.hstack([self.motion, self.nuisance, more])
+        """Columns of the balance on every row, `column` (n,) or several (n, k) the last, and their
+        coefficients."""
+        more = np.zeros((len(self.rows), 0)) if column is None else column
+        matrix = np.column_stack([self.motion, self.nuisance, more])
         scale = np.sqrt((matrix[self.rows] ** 2).mean(axis=0))
         scale[scale == 0] = 1.0
         found = np.linalg.lstsq((matrix / scale)[self.rows], self.signals.torque_nm[self.rows], rcond=1e-9)[0]
@@ -198,7 +209,8 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
     bend = plain.bend()
     share = plain.share(bend)
     known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
-    if known and share.sure() and share.alike() and not (bend.sure() and bend.rest < share.rest):
+    of_gear = SHARE_LEAST < share.value < SHARE_TOLD and share.alike()
+    if known and share.sure() and of_gear and not (bend.sure() and bend.rest < share.rest):
         text = (
             f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- "
             f"{2 * share.error:.1g}): it differs where the torque drives the joint and where it brakes it, "
@@ -225,18 +237,18 @@ def bent(signals: Regressors) -> tuple[str, ...]:
     speed does not say it better."""
     plain = PlainBalance(signals)
     found = plain.bend()
-    if not (found.sure() and abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):
+    if not found.sure():
         return ()
-    short = found.value > 0
-    text = (
-        "its sensor or drive saturates softly, or there is play"
-        if short
-        else "the motor saturates, so that its current makes less torque than its constant says, or there "
-        "is play"
-    )
+    plainly = abs(found.beside) > PLAINLY_BESIDE * found.beside_error and found.alike()
+    plainly = plainly and abs(plain.inertia_without(found.column) - 1) > INERTIA_MOVED
+    if not plainly and not (abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):
+        return ()
+    short, text = "small", "its sensor or drive saturates softly, or there is play"
+    if found.value < 0:
+        short, text = "large", "the motor makes less of a large current than its constant says, or play"
     return (
         f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is "
-        f"{100 * abs(found.value):.0f} % too {'small' if short else 'large'} against small torques "
+        f"{100 * abs(found.value):.0f} % too {short} against small torques "
         f"({text}); inertia and friction are off by up to as much: move less briskly, or raise the range",
     )
 

@@ -1,6 +1,7 @@
 """A torque that goes by the place: springs, and gravity on an arm, are parameters of their own."""
 
 import json
+import re
 from functools import cache
 
 import numpy as np
@@ -12,6 +13,7 @@ from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.log_checks import diagnose
 from rtctl.friction.logs.log_input import samples
 from rtctl.friction.logs.log_points import SPEED_MIN_RAD_S
+from rtctl.friction.logs.plausibility import doubtful_offsets
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
 from rtctl.friction.logs.springs import hidden, spring_in
@@ -90,14 +92,29 @@ def test_what_goes_by_the_place_is_told_beside_the_joint(pull, travel, form, val
     assert not diagnose(((spring.taken_out(((joint(pull, travel),),))[0][0],),), signals)
 
 
-def test_a_slide_on_a_gas_spring_is_told_with_what_its_stiffness_grows_by():
-    spring, signals = found(joint(lambda x: 2.0 / (1 - 0.3 * x), radian=0.9))
-    assert spring.form.name == "a spring that stiffens"
+@pytest.mark.parametrize("gas", [0.3, -0.8])
+def test_a_slide_on_a_gas_spring_is_told_with_how_much_stiffer_it_gets(gas):
+    log = joint(lambda x: 2.0 / (1 - gas * x), radian=0.9)
+    spring, signals = found(log)
+    ends = [1 / (1 - gas * end) ** 2 for end in (log.position_rad.min(), log.position_rad.max())]
+    told, end = re.search(
+        r"gas spring that is (\S+) times as stiff at the (\w+) position", spring.told
+    ).groups()
+    assert float(told) == pytest.approx(max(ends) / min(ends), rel=0.1)
+    assert end == ("largest" if gas > 0 else "smallest")
     parameters = joint_fit(signals).symmetric.parameters
-    # of 2/(1 - .3 x): its slope and the slope's own at the mean, a little more over the whole travel
-    assert parameters["stiffness_nm_rad"].value == pytest.approx(0.6, rel=0.1)
-    assert parameters["stiffness_rise_nm_rad2"].value == pytest.approx(0.36, rel=0.25)
-    assert parameters["inertia_kgm2"].value == pytest.approx(INERTIA, rel=0.03)
+    assert parameters["stiffness_nm_rad"].value == pytest.approx(2 * gas, rel=0.05)
+    for name in ("inertia_kgm2", "coulomb_nm"):
+        assert parameters[name].value == pytest.approx(TRUTH[name], rel=0.05), name
+
+
+def test_an_offset_beside_a_spring_is_told_as_its_pull():
+    _, signals = found(joint(lambda x: 0.8 * x + 5.0))
+    (told,) = doubtful_offsets(joint_fit(signals))
+    assert "an offset of 5.02 N m" in told
+    assert "the pull of what goes by the place at the mean position (a preload, a weight)" in told
+    (told,) = doubtful_offsets(joint_fit(found(joint(lambda x: 0 * x + 5.0))[1]))
+    assert "a preload" not in told
 
 
 @pytest.mark.parametrize(
@@ -137,8 +154,11 @@ def test_over_a_short_travel_gravity_and_a_spring_are_told_together():
     assert spring.form.name == SPRING
     assert "gravity on an arm would look alike" in spring.told
     spring, signals = found(joint(lambda x: 3 * np.sin(x + 0.6) + 2 * x, travel=0.3))
-    assert "only their sum is told" in spring.told
-    assert joint_fit(signals).symmetric.parameters["inertia_kgm2"].value == pytest.approx(INERTIA, rel=0.1)
+    assert "what a short travel shows of gravity on an arm and a spring" in spring.told
+    found_there = joint_fit(signals).symmetric.parameters
+    assert found_there["inertia_kgm2"].value == pytest.approx(INERTIA, rel=0.1)
+    middle = joint(np.zeros_like).position_rad.mean() * 0.3
+    assert found_there["stiffness_nm_rad"].value == pytest.approx(3 * np.cos(middle + 0.6) + 2, abs=0.1)
 
 
 def test_the_points_are_without_the_spring():
@@ -160,3 +180,12 @@ def test_the_command_names_a_spring_of_a_slide_in_its_units(tmp_path):
     stiffness = document["symmetric"]["parameters"]["stiffness_n_m"]
     assert stiffness["low"] < 0.8 < stiffness["high"]
     assert any("stiffness_n_m, about the mean position" in text for text in document["warnings"])
+
+
+def test_what_is_left_of_the_place_beside_a_spring_is_no_more_than_was_left():
+    # a cable beside the spring, which the spring's form does not hold
+    log = joint(lambda x: 8.0 / (1 - 0.4 * x) + 0.4 * np.abs(x), radian=0.9)
+    spring, signals = found(log)
+    told = diagnose(((spring.taken_out(((log,),))[0][0],),), signals)
+    (size,) = re.findall(r"depends on the position \((\S+) N m RMS: a spring", " ".join(told))
+    assert float(size) < 0.2

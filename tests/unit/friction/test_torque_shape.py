@@ -22,9 +22,9 @@ RATE_HZ = 500.0
 INERTIA, VISCOUS, COULOMB = 0.02, 0.05, 0.2
 
 
-def moved(shape, brisk=1.0, noise=2e-3, seed=1):
-    """A log of strokes, quicker with `brisk`; `shape` makes the torque of that which the motion wants, its
-    direction and the share of the time.
+def moved(shape, brisk=1.0, noise=2e-3, seed=1, peak=0.0):
+    """A log of strokes, quicker with `brisk`, with a Stribeck peak of `peak` of the Coulomb friction; `shape`
+    makes the torque of that which the motion wants, its direction and the share of the time.
     """
     t = np.arange(0, 30, 1 / RATE_HZ)
     parts = [(0.5, 0.31, 0.1), (0.25, 0.83, 1.1), (0.12, 1.9, 2.0)]
@@ -33,7 +33,7 @@ def moved(shape, brisk=1.0, noise=2e-3, seed=1):
     v = sum(a * k * np.cos(k * t + p) for a, k, p in w)
     acceleration = sum(-a * k**2 * np.sin(k * t + p) for a, k, p in w)
     s = np.sign(v)
-    wanted = INERTIA * acceleration + VISCOUS * v + COULOMB * s
+    wanted = INERTIA * acceleration + VISCOUS * v + COULOMB * s * (1 + peak * np.exp(-np.abs(v) / 0.5))
     torque = shape(wanted, s, t / t[-1]) + np.random.default_rng(seed).normal(0, noise, len(t))
     return regressors(AxisLog(RATE_HZ, x, torque, "made", "0" * 64))
 
@@ -101,6 +101,17 @@ def test_a_torque_that_bends_is_told_with_how_much(missing, word):
     signals = moved(lambda u, s, _: u * (1 - missing * (u / np.abs(u).max()) ** 2), brisk=1.6)
     assert f"% {word}" in bent(signals)[0]
     assert with_share(signals)[0].share_nm is None
+
+
+def test_a_torque_constant_that_falls_is_told_beside_a_friction_that_leaves_as_much_over():
+    def of_current(u, s, _):
+        return u * (1 + 0.25 * (u / np.abs(u).max()) ** 2)
+
+    (told,) = bent(moved(of_current, brisk=1.6, peak=1.2))
+    assert "% too large against small torques (the motor makes less of a large current" in told
+    assert bent(moved(lambda u, s, _: u, brisk=1.6, peak=1.2)) == ()
+    # far too little to matter for the inertia
+    assert bent(moved(lambda u, s, _: u * (1 + 0.01 * (u / np.abs(u).max()) ** 2), brisk=1.6, peak=1.2)) == ()
 
 
 def test_a_scale_that_drifts_is_told_of_which_column_it_is():

@@ -2,6 +2,8 @@
 over.
 """
 
+import json
+
 import numpy as np
 import pytest
 
@@ -234,3 +236,46 @@ def test_a_typographic_minus_and_the_exponents_of_fortran_are_read(tmp_path):
     path.write_text("t,q\n0,12D4\n1,1300\n")  # may be hexadecimal
     with pytest.raises(BackendError, match="hexadecimal"):
         read_table(path, ("t", "q"))
+
+
+def messages(begin, between=" ", rows=40):
+    return "".join(f"{begin(k)}pos={k}.5{between}iq={2 * k}\n" for k in range(rows))
+
+
+@pytest.mark.parametrize(
+    ("begin", "between", "second"),
+    [
+        (lambda k: f"[{1000 + 2 * k}] ", " ", 1002),
+        (lambda k: f"2026-11-28 15:02:{k:02d},250 - rig.motor - INFO - ", " ", 54121.25),
+        (lambda k: f"15:02:{k:02d}.5 motor ", ", ", 54121.5),
+    ],
+    ids=["printf", "logging of Python", "a time of day"],
+)
+def test_values_in_messages_are_columns_by_their_names_and_what_they_begin_with_is_the_stamp(
+    tmp_path, begin, between, second
+):
+    path = tmp_path / "uart.log"
+    path.write_text("\0boot v1.2 clk=168MHz\nadc cal ok\n" + messages(begin, between) + "WARN: dma overrun\n")
+    table = read_table(path, ("stamp", "pos", "iq"))
+    assert table.columns["pos"].tolist() == [k + 0.5 for k in range(40)]
+    assert table.columns["iq"][-1] == 78
+    assert table.columns["stamp"][1] == pytest.approx(second)
+
+
+def test_a_message_that_was_cut_off_is_told_and_numbers_without_a_name_are_no_message(tmp_path):
+    path = tmp_path / "uart.log"
+    text = messages(lambda k: f"[{k}] ")
+    path.write_text(text + "[40] pos=3\n[41] pos=41.5 iq=82\n")
+    with pytest.raises(BackendError, match="row 41"):
+        read_table(path, ("stamp", "pos", "iq"))
+    path.write_text("t,x,state\n" + "".join(f"{k / 100},0.0,id:5\n" for k in range(300)))
+    assert len(read_table(path, ("t", "x")).columns["x"]) == 300
+
+
+def test_a_stamp_of_ros_in_two_parts_is_one_number_of_seconds(tmp_path):
+    path = tmp_path / "bag.json"
+    rows = ({"header": {"stamp": {"sec": 1764342131, "nanosec": 2_000_000 * k}}, "q": [k]} for k in range(9))
+    path.write_text("\n".join(map(json.dumps, rows)))
+    stamps = read_table(path, ("header.stamp", "q#1")).columns["header.stamp"]
+    assert np.diff(stamps) == pytest.approx(2e-3, abs=1e-6)
+    assert read_table(path, ("header.stamp.sec",)).columns["header.stamp.sec"][0] == 1764342131
