@@ -8,7 +8,7 @@ import importlib
 import math
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
@@ -24,6 +24,7 @@ from hw.interface import (
     Joint,
     Options,
     Rig,
+    Shown,
     Timing,
 )
 
@@ -75,6 +76,7 @@ BUILT_IN = {
         summary="a board on a serial port with a frame of its own, described in the rig file "
         "(docs/serial-described.md)",
         timing="hw.serial.declared:described_timing",
+        shown="hw.serial.declared:described_shown",
     ),
     "serial-lines": BackendInfo(
         factory="hw.serial.lines_backend:LinesBackend",
@@ -88,6 +90,7 @@ BUILT_IN = {
         options="hw.force.options:RokubiOptions",
         simulated=False,
         summary="force sensor: Bota Systems Rokubi, SensONE, LaxONE on a serial port",
+        shown="hw.force.declared:rokubi_shown",
     ),
     "optoforce": BackendInfo(
         factory="hw.force.serial_backend:make_optoforce",
@@ -95,12 +98,14 @@ BUILT_IN = {
         simulated=False,
         summary="force sensor: OptoForce / OnRobot DAQ on a serial port",
         force="hw.force.declared:optoforce",
+        shown="hw.force.declared:optoforce_shown",
     ),
     "rdt": BackendInfo(
         factory="hw.force.rdt_backend:RdtBackend",
         options="hw.force.options:RdtOptions",
         simulated=False,
         summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
+        shown="hw.force.declared:rdt_shown",
         network=True,
     ),
     "can": BackendInfo(
@@ -109,6 +114,7 @@ BUILT_IN = {
         simulated=False,
         summary="a board on a CAN bus, by a field map or a DBC file",
         timing="hw.can.declared:board_timing",
+        shown="hw.can.declared:board_shown",
         network=True,
     ),
     "odrive": BackendInfo(
@@ -133,6 +139,7 @@ BUILT_IN = {
         simulated=False,
         summary="CANopen drives (CiA 402) in cyclic synchronous torque",
         timing="hw.can.declared:cia402_timing",
+        shown="hw.can.declared:cia402_shown",
         network=True,
     ),
 }
@@ -206,6 +213,10 @@ def channels(kind: str, options: Options, rig: Rig) -> Channels:
     return Channels(provides=backend.provides, consumes=backend.consumes)
 
 
+def _sound(values: Iterable[float]) -> bool:
+    return all(math.isfinite(value) and value >= 0 for value in values)
+
+
 def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
     """What such a device declares of its delay, one per axis of `rig`; None where it declares nothing.
 
@@ -215,11 +226,8 @@ def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
         return None
     # a list: what a third party gives may be an iterator, which a check would use up
     found = list(_resolve(target)(options, rig))
-    sound = len(found) == rig.n_axes and all(
-        isinstance(one, Timing) and all(math.isfinite(value) and value >= 0 for value in astuple(one))
-        for one in found
-    )
-    if not sound:
+    sound = all(isinstance(one, Timing) and _sound(astuple(one)) for one in found)
+    if not sound or len(found) != rig.n_axes:
         raise BackendError(f"{target} must give {rig.n_axes} Timing of finite numbers >= 0, not {found}")
     return found
 
@@ -238,10 +246,18 @@ def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
     found = None if target is None else _resolve(target)(options, rig)
     if found is None:
         return None
-    if not isinstance(found, ForceSensor) or not all(
-        math.isfinite(value) and value >= 0 for value in astuple(found)
-    ):
+    if not isinstance(found, ForceSensor) or not _sound(astuple(found)):
         raise BackendError(f"{target} must give a ForceSensor of finite numbers >= 0, not {found}")
+    return found
+
+
+def shown(kind: str, options: Options, rig: Rig) -> Shown:
+    """What the numbers of such a device can show. Raises BackendError for a declaration that is none."""
+    target = lookup(kind).shown
+    found = Shown() if target is None else _resolve(target)(options, rig)
+    many = isinstance(found, Shown) and len(found.step_rad) not in (0, rig.n_axes)
+    if not isinstance(found, Shown) or many or not _sound((*found.step_rad, *astuple(found)[1:])):
+        raise BackendError(f"{target} must give a Shown of finite numbers >= 0, not {found}")
     return found
 
 
