@@ -4,7 +4,7 @@ channel, and by the motion of its axis."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from hw.interface import WHOLE_RIG_CHANNELS, BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
@@ -53,3 +53,9 @@ def _on_axis(channel: str, rotary: Mapping[str, float], motion: str, lead_m: flo
         return effort_units(rotary, motion, lead_m)
     own = {"position": LENGTH_UNITS, "velocity": SPEED_UNITS}.get(channel)
     return dict(rotary) if own is None else coordinate_units(rotary, own, motion, lead_m)
+
+
+def force_numbers(components: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Coarsest step and least end, N, of those of the components of a force; 0 and 0 without any."""
+    steps, ends = zip(*components, strict=True) if components else ((0.0,), (0.0,))
+    return max(steps), min(ends)

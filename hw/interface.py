@@ -212,6 +212,24 @@ class ForceSensor:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """What the numbers of a device can show of what it measures: a wrong scale or count is told by it.
+
+    0: not known, or none to speak of, as of a number with a floating point."""
+
+    step_rad: tuple[float, ...] = ()
+    """Step of the position, rad at the link, one per axis; empty: none of them is known."""
+    counted: bool = False
+    """Such a step is a count of the encoder, and not the last digit of a number that may have far more."""
+    force_step_n: float = 0.0
+    """Step of the force, N, of the coarsest component."""
+    force_most_n: float = 0.0
+    """Largest force that it can show of every component and sign, N."""
+    force_gain: float = 0.0
+    """Force shown for each newton of the sensor's own, by a matrix that ought only to turn and mirror."""
+
+
+@dataclass(frozen=True)
 class Joint:
     """What a device knows of the joint of one axis that a rig file may not."""
 
@@ -265,6 +283,8 @@ class BackendInfo:
     force: str | None = None
     """Module and function `(options, rig) -> ForceSensor | None` of a device that shows forces. None: it does
     not know, and `rtctl check` has only the rig file's word."""
+    shown: str | None = None
+    """Module and function `(options, rig) -> Shown`. None: nothing is known of its numbers."""
     network: bool = False
     """The device is reached by IP or by a CAN interface: the service's unit then leaves the network open to
     the daemon."""

@@ -9,6 +9,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
 from numbers import Real
@@ -24,6 +25,7 @@ from hw.interface import (
     Joint,
     Options,
     Rig,
+    Shown,
     Timing,
 )
 
@@ -72,6 +74,7 @@ BUILT_IN = {
         "hw.serial.described_options:DescribedOptions",
         simulated=False,
         timing="hw.serial.declared:described_timing",
+        shown="hw.serial.declared:described_shown",
     ),
     "serial-lines": BackendInfo(
         "hw.serial.lines_backend:LinesBackend",
@@ -80,22 +83,31 @@ BUILT_IN = {
         timing="hw.serial.declared:lines_timing",
     ),
     "rokubi": BackendInfo(
-        "hw.force.serial_backend:make_rokubi", "hw.force.options:RokubiOptions", simulated=False
+        "hw.force.serial_backend:make_rokubi",
+        "hw.force.options:RokubiOptions",
+        simulated=False,
+        shown="hw.force.declared:rokubi_shown",
     ),
     "optoforce": BackendInfo(
         "hw.force.serial_backend:make_optoforce",
         "hw.force.options:OptoForceOptions",
         simulated=False,
         force="hw.force.declared:optoforce",
+        shown="hw.force.declared:optoforce_shown",
     ),
     "rdt": BackendInfo(
-        "hw.force.rdt_backend:RdtBackend", "hw.force.options:RdtOptions", simulated=False, network=True
+        "hw.force.rdt_backend:RdtBackend",
+        "hw.force.options:RdtOptions",
+        simulated=False,
+        shown="hw.force.declared:rdt_shown",
+        network=True,
     ),
     "can": BackendInfo(
         "hw.can.board_backend:BoardBackend",
         "hw.can.board_options:BoardOptions",
         simulated=False,
         timing="hw.can.declared:board_timing",
+        shown="hw.can.declared:board_shown",
         network=True,
     ),
     "odrive": BackendInfo(
@@ -117,6 +129,7 @@ BUILT_IN = {
         "hw.can.options:Cia402Options",
         simulated=False,
         timing="hw.can.declared:cia402_timing",
+        shown="hw.can.declared:cia402_shown",
         network=True,
     ),
 }
@@ -222,6 +235,19 @@ def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
     if found is not None and not _sound(found, ForceSensor):
         raise BackendError(f"{target} must give a ForceSensor of finite numbers >= 0, not {found}")
     return cast("ForceSensor | None", found)
+
+
+def shown(kind: str, options: Options, rig: Rig) -> Shown:
+    """What the numbers of such a device can show. Raises BackendError for a declaration that is none."""
+    target = lookup(kind).shown
+    found = Shown() if target is None else _asked(target, lambda ask: cast("object", ask(options, rig)))
+    if not isinstance(found, Shown) or len(found.step_rad) not in (0, rig.n_axes) or not _shown(found):
+        raise BackendError(f"{target} must give a Shown of finite numbers >= 0, not {found}")
+    return found
+
+
+def _shown(found: Shown) -> bool:
+    return all(_number(value) for value in (*found.step_rad, *astuple(found)[1:]))
 
 
 def _rows(target: str, sort: type[T], options: Options, rig: Rig) -> list[T]:

@@ -10,8 +10,11 @@ from __future__ import annotations
 
 from hw.can import board_backend as board
 from hw.can import moteus_codec, odrive_codec
+from hw.can.board_map import factor, make_field
 from hw.can.load import Traffic, bus_load
-from hw.interface import Options, Rig, Timing
+from hw.can.sample import Shaft
+from hw.field_units import force_numbers
+from hw.interface import Options, Rig, Shown, Timing
 
 
 def _cycle_s(frames: list[Traffic], options: Options, rig: Rig) -> float:
@@ -54,3 +57,31 @@ def board_timing(options: Options, rig: Rig) -> list[Timing]:
         1e-3 * float(frame.get("period_ms") or 0) for frame in options["receive"] if frame["required"]
     ]
     return _by_itself(max([rig.period_s, *periods_s]), cycle_s, rig)
+
+
+def cia402_shown(options: Options, rig: Rig) -> Shown:
+    """Steps of the position units of CiA 402 drives."""
+    return Shown(
+        tuple(
+            abs(Shaft(table, rig, axis).rad_per_turn) / float(table["counts_per_turn"])
+            for axis, table in enumerate(options["axis"])
+        ),
+        counted=True,
+    )
+
+
+def board_shown(options: Options, rig: Rig) -> Shown:
+    """Steps and ends of the whole numbers in a field map."""
+    steps_rad, forces = [0.0] * rig.n_axes, []
+    for frame in options["receive"]:
+        for table in frame["field"]:
+            field = make_field(table, int(frame["length"]))
+            if field.kind == "float":
+                continue
+            unit = factor(table, rig)
+            if table["channel"] == "position":
+                steps_rad[table["axis"]] = abs(unit * field.scale)
+            elif table["channel"] == "force":
+                ends = [abs(unit * (field.scale * raw + field.offset)) for raw in field.raw_range]
+                forces.append((abs(unit * field.scale), min(ends)))
+    return Shown(tuple(steps_rad), False, *force_numbers(forces))

@@ -7,7 +7,10 @@ have clocks of their own: of all that up to one period may come and go."""
 
 from __future__ import annotations
 
-from hw.interface import Options, Rig, Timing
+from hw.field_units import force_numbers
+from hw.interface import Options, Rig, Shown, Timing
+from hw.serial.described_plan import TYPES, unit_of
+from hw.serial.layout import FLOAT, SIGNED
 
 
 def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
@@ -44,3 +47,20 @@ def lines_timing(options: Options, rig: Rig) -> list[Timing]:
     """Timing of a board that speaks in lines of text: some ten characters a number."""
     command = options.get("command") or {"field": ()}
     return _timing(10 * (int(options["sample"]["columns"]) + len(command["field"])), options, rig)
+
+
+def described_shown(options: Options, rig: Rig) -> Shown:
+    """Steps and ends of the whole numbers in a described frame."""
+    steps_rad, forces = [0.0] * rig.n_axes, []
+    for table in options["sample"]["field"]:
+        kind, size = TYPES[table["type"]]
+        if kind == FLOAT:
+            continue
+        step = abs(float(table["scale"])) * unit_of(table, rig)
+        if table["channel"] == "position":
+            steps_rad[table["axis"]] = step
+        elif table["channel"] == "force":
+            span, zero = 2.0 ** (8 * size), float(table["zero"])
+            low, high = (-span / 2, span / 2 - 1) if kind == SIGNED else (0.0, span - 1)
+            forces.append((step, step * min(abs(low - zero), abs(high - zero))))
+    return Shown(tuple(steps_rad), False, *force_numbers(forces))

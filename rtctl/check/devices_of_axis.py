@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from hw import registry
-from hw.interface import Joint
+from hw.interface import Joint, Shown
 from hw.member import Member
 from hw.rig_words import subset
 from rtctl.rig_file.config import LoadedConfig
@@ -71,3 +72,16 @@ def members_of(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
     for member in loaded.members():
         if axis in member.axes and ({"position", *_COMMANDS} & set(member.channels)):
             yield member, member.axes.index(axis)
+
+
+def shown_of_axis(loaded: LoadedConfig, axis: int) -> Shown:
+    """What the numbers of the devices can show of the axis: `step_rad` has its step alone, 0 where it is not
+    known."""
+    step_rad, counted, found = 0.0, False, Shown()
+    for member in loaded.members():
+        one = registry.shown(member.kind, member.options, subset(loaded.config.hardware(), member.axes))
+        if "position" in member.channels and axis in member.axes and one.step_rad:
+            step_rad, counted = one.step_rad[member.axes.index(axis)], one.counted
+        if "force" in member.channels:
+            found = one
+    return replace(found, step_rad=(step_rad,), counted=counted)

@@ -32,7 +32,7 @@ from hw.interface import Joint
 from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
-from rtctl.check.devices_of_axis import cut_a, joint_of_axis, sure_damping
+from rtctl.check.devices_of_axis import cut_a, joint_of_axis, shown_of_axis, sure_damping
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
@@ -150,8 +150,8 @@ def examine(
 def examine_axis(loaded: LoadedConfig, index: int, pulse: AxisTiming | None, *, telling: bool) -> AxisReport:
     """As `examine`, of axis `index` alone: the models of the others need not be there."""
     axis, joint, config = loaded.config.axis[index], joint_of_axis(loaded, index), loaded.config
-    found = figures_alone(loaded, index, pulse)
-    where, own = f"{loaded.path}: axis[{index}]", (cut_a(loaded, index), moment_step_nm(config.force_sensor))
+    found, where = figures_alone(loaded, index, pulse), f"{loaded.path}: axis[{index}]"
+    own = cut_a(loaded, index), moment_step_nm(config.force_sensor), shown_of_axis(loaded, index)
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated, *own, config.passivity)
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
+from hw.interface import Shown
 from hw.motion import HANDLE_M, words
 
 if TYPE_CHECKING:
@@ -105,6 +106,8 @@ class Subject:
     """What the device of its motor cuts larger currents to, without a word; inf: not known."""
     moment_step_nm: float = 0.0
     """Step of the force sensor's moments, N m; 0: it gives none."""
+    shown: Shown = field(default_factory=Shown)
+    """What the numbers of its devices can show; `step_rad` is of this axis alone."""
     passivity: PassivityTable | None = None
     """Accounts of the rig; None: nobody asks."""
 

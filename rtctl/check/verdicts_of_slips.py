@@ -13,10 +13,9 @@ PRESLIDING_RAD = Band(1e-7, 1e-5, 0.03, 0.3)
 help give 57 times as much."""
 PRESLIDING_M = Band(1e-8, 1e-7, 3e-3, 3e-2)
 """Presliding length of a carriage, m."""
-STRETCH_RAD = Band(1e-12, 1e-7, 1.0, 1e12)
-"""Turn of the coupling at the torque limit: a soft one is harmless, and told only."""
-STRETCH_M = Band(1e-12, 1e-8, 0.1, 1e12)
-"""How far the coupling of a carriage gives, m."""
+COUPLING_SHARE = Band(1e-12, 0.02, 1e6, 1e12)
+"""Stiffness of the coupling over the stiffest that passes: a soft one is harmless, and told only. How far it
+turns says less: direct drives that damp little have 2 rad and more of it at the torque limit."""
 DELAY_TICKS = Band(1e-12, 0.01, 20.0, 20.0)
 """What a rig file states beside what devices declare: too little is told only, as those count where they are
 worse."""
@@ -63,21 +62,23 @@ def presliding(s: Subject) -> list[Verdict]:
     )
 
 
-def stretch(s: Subject) -> list[Verdict]:
-    """How far the coupling gives until all of the torque is felt."""
+def softness(s: Subject) -> list[Verdict]:
+    """A coupling far softer than it may be."""
     # of the rig file, not what compensation adds: the unit of this number is asked for
-    k_c = s.table.coupling.stiffness_nm_rad
-    # no coupling is in force, whatever stands in the file
-    if k_c == 0 or not s.table.may_show("impedance"):
+    k_c, most = s.table.coupling.stiffness_nm_rad, s.axis.sampled_data_k_max_nm_rad
+    # no coupling is in force, whatever stands in the file; or none passes, which is refused elsewhere
+    if k_c == 0 or most <= 0 or not s.table.may_show("impedance"):
         return []
+    slides = s.table.motion == "linear"
     return judged(
         s,
-        "turn of the coupling at the torque limit",
-        s.table.torque_limit_nm / k_c,
-        "rad",
-        STRETCH_M if s.table.motion == "linear" else STRETCH_RAD,
-        "torque_limit_nm over coupling.stiffness_nm_rad",
-        f"coupling.stiffness_nm_rad: {k_c:g} is meant in N m/rad at the link (1 N m per degree is 57.3)",
+        "coupling over the stiffest that passes",
+        k_c / most,
+        "",
+        COUPLING_SHARE,
+        f"coupling.stiffness_nm_rad over {most:.4g} N m/rad",
+        f"coupling.stiffness_nm_rad: {k_c:g} is meant in N m/rad "
+        + ("(1 N/mm is 1000)" if slides else "at the link (1 N m per degree is 57.3)"),
     )
 
 

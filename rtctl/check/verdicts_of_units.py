@@ -52,7 +52,7 @@ TICKS_TO_FULL = Band(1e-3, 0.5, 2e3, 2e4)
 """Periods that the gate needs from zero to the torque limit."""
 COUNT_SHARE = Band(0.0, 0.0, 0.06, 0.2)
 """Torque of one encoder count, share of the torque limit."""
-TIME_CONSTANT_S = Band(1e-3, 0.08, 1e2, 1e4)
+TIME_CONSTANT_S = Band(1e-3, 0.03, 1e2, 1e4)
 """J/b, s."""
 VISCOUS_SHARE = Band(0.0, 0.0, 0.5, 3.0)
 """Viscous torque at the velocity limit over the torque limit."""

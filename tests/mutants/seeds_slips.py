@@ -17,7 +17,7 @@ SEEDS = (
     Seed(
         "a coupling in N m per degree is believed",
         "rtctl/check/verdicts.py",
-        "    verdicts_of_slips.stretch,\n",
+        "    verdicts_of_slips.softness,\n",
         "",
         CHECK,
     ),

@@ -54,7 +54,7 @@ def test_a_current_that_the_device_cuts_off_is_told(rig):
         (("160000", "16"), "encoder counts over the travel", "encoder_counts_per_rev"),
         (
             ("gear_ratio", "position_min_rad = -9e3\nposition_max_rad = 9e3\ngear_ratio"),
-            "time from end to end",
+            "travel from end to end",
             "position_max_rad",
         ),
         (("_rad_s = 2.0", "_rad_s = 0.002"), "time to the velocity limit", "velocity_limit_rad_s"),
@@ -85,7 +85,7 @@ def test_a_wrong_unit_is_refused_by_name_with_its_key(rig, monkeypatch, capsys, 
         ),
         (
             ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 1.047"),
-            "turn of the coupling at the torque limit",
+            "coupling over the stiffest that passes",
             "coupling.stiffness_nm_rad",
         ),
         (("delay_ticks = 0", "delay_ticks = 0.001"), "stated delay", "coupling.delay_ticks"),
@@ -104,7 +104,7 @@ def test_a_presliding_length_that_no_joint_has_is_refused(rig):
 
 
 def test_a_figure_that_few_rigs_have_is_told_and_passes(rig, monkeypatch, capsys):
-    path = edited(rig(), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.2"))
+    path = edited(rig(), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.5"))
     assert rows_of(path)["mechanical time constant"].outcome is Outcome.WARN
     code, out, _ = run(monkeypatch, capsys, "check", path)
     assert code == 0
