@@ -25,8 +25,8 @@ SEEDS = (
     Seed(
         "a spring is told by itself where gravity looks alike",
         "rtctl/friction/logs/springs.py",
-        "fit.rest < TOLD_APART * fits[k].rest",
-        "fit.rest < 0.0 * fits[k].rest",
+        "left.rest < TOLD_APART * fits[k].rest",
+        "left.rest < 0.0 * fits[k].rest",
         (f"{SPRINGS}::test_over_a_short_travel_gravity_and_a_spring_are_told_together",),
     ),
     Seed(
