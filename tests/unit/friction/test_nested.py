@@ -31,6 +31,9 @@ def test_the_nested_error_is_that_of_another_session_and_the_ladders_own_is_not(
     assert found.rmse_nm == pytest.approx(expected, rel=0.05)
     assert found.se_nm > 0
     assert len(found.chosen) == 5
+    came = np.array([one.came_nm for one in found.sessions])
+    assert came == pytest.approx(1.25 * np.abs(np.array(sessions) - np.mean(sessions)), rel=0.01)
+    assert all(one.between_nm[0] < one.expected_nm < one.between_nm[1] for one in found.sessions)
     assert "Generalisation error (nested" in str(found)
     by_speed = ladder.ascend(points, QUICK).choice.chosen.rmse_nm
     assert found.rmse_nm > 1.15 * by_speed
