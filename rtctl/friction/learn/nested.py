@@ -113,19 +113,20 @@ def generalisation(
     if not blocks:
         raise DataError(f"{points.source}: no fold to hold out; add points")
     block = np.concatenate(blocks)
-    # a rung that missed a fold is judged by easier points than the others
-    whole = {name: np.concatenate(parts) for name, parts in errors.items() if len(parts) == len(blocks)}
+    whole = _of_all_folds(errors, len(blocks))
     figures = {name: _figures(error, block) for name, error in whole.items()}
     rmse_nm, se_nm = figures.pop(CHOSEN)
     held_out_nm = float(np.sqrt(np.mean(np.square(promised))))
-    covered = {
-        name: float(np.mean(np.concatenate(parts)))
-        for name, parts in inside.items()
-        if len(parts) == len(blocks)
-    }
+    covered = {name: float(np.mean(held)) for name, held in _of_all_folds(inside, len(blocks)).items()}
     return Generalisation(
         rmse_nm, se_nm, held_out_nm, tuple(chosen), figures, covered, whole, block, tuple(sessions)
     )
+
+
+def _of_all_folds(parts: dict[str, list[np.ndarray]], folds: int) -> dict[str, np.ndarray]:
+    """Those that have a part of every fold, put together."""
+    # a rung that missed a fold is judged by easier points than the others
+    return {name: np.concatenate(some) for name, some in parts.items() if len(some) == folds}
 
 
 def _sessions(found: ladder.Ladder, error: np.ndarray, session: np.ndarray) -> list[NextSession]:

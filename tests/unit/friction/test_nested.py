@@ -1,6 +1,7 @@
 """The nested error: nothing of what judges a fit has chosen or trained it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -56,3 +57,9 @@ def test_a_session_held_out_trains_nothing_even_where_it_has_the_fastest_point(m
     assert [sorted(set(log[~one.left_out])) for one in seen] == [
         [k for k in range(4) if k != out] for out in range(4)
     ]
+
+
+def test_sessions_that_share_a_fold_are_told_one_by_one():
+    told = SimpleNamespace(expected_next_nm=0.5, next_range_nm=(0.1, 2.0))
+    found = nested._sessions(told, np.array([1.0, -1.0, 3.0, 3.0]), np.array([7, 7, 8, 8]))
+    assert found == [nested.NextSession(1.0, 0.5, (0.1, 2.0)), nested.NextSession(3.0, 0.5, (0.1, 2.0))]
