@@ -42,7 +42,8 @@ def command(
 
     from rtctl.friction.learn import grids, hold_out
     from rtctl.friction.learn.ladder import Options
-    from rtctl.friction.learn.report_evidence_page import judge_set, page
+    from rtctl.friction.learn.report_evidence_page import page
+    from rtctl.friction.learn.report_evidence_sets import judge_set
     from rtctl.friction.logs.data_sets import LEFT_OUT, read_description, read_set
     from rtctl.recording.as_columns import register
     from rtctl.whole_files import whole

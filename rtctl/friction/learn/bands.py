@@ -107,7 +107,8 @@ def next_session(
 ) -> tuple[tuple[float, float], int] | None:
     """Between what the RMS error of the next session lies, N m, and how many sessions know it
     (`foretold.next_nm`, `foretold.next_of_one_nm`). None where there are several and none was held out."""
-    held, directions = held_out(points, sides, scores)
+    # one session: its stretches are all that it knows of others (decision 0174)
+    held, directions = held_out(points, sides, scores, apart=folds != "log")
     if folds == "log":
         return next_nm(held, directions, ahead), len(np.unique(held.block))
     friction_nm = np.concatenate([data.friction_nm for data in sides])

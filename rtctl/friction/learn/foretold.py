@@ -71,7 +71,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
 SHARE = 0.8
 """Share of next sessions that `next_nm` is for: eight of ten."""
 
-# learned from one of three sessions of either lever of docs/evidence.md: .03 to .24 (decision 0145)
+# learned from one of three sessions of either lever of docs/evidence.md: .02 to .24 (decision 0174)
 APART = 0.25
 """Most that a recorded session erred beside one other session alone, as a share of the friction's RMS."""
 
@@ -86,8 +86,9 @@ def next_nm(held: Foretold, directions: np.ndarray, ahead: Foretold | None) -> t
 
 
 def next_of_one_nm(held_out_nm: float, friction_nm: np.ndarray) -> tuple[float, float]:
-    """Between what the next session may err where one session is known, N m: what was held out of it, if
-    nothing differs, and what it is if `APART` of the friction differs."""
+    """Between what the next session may err where one session is known, N m: what was held out of it, with
+    what its levels differ by between stretches where they know it, and what that is if `APART` of the
+    friction differs."""
     return held_out_nm, math.hypot(held_out_nm, APART * float(np.sqrt(np.mean(friction_nm**2))))
 
 
@@ -102,13 +103,14 @@ def said(found: Foretold | None, held_out_nm: float) -> str:
     )
 
 
-def said_of_next(next_nm: tuple[float, float], sessions: int) -> str:
+def said_of_next(next_nm: tuple[float, float], sessions: int, held_out_nm: float) -> str:
     """Say between what the next session errs, by how many sessions are known."""
     low, high = (f"{1e3 * one:.2g}" for one in next_nm)
     if sessions == 1:
+        by = "by as much as stretches of this one do" if next_nm[0] > held_out_nm else "by nothing"
         return (
-            f" One session does not know what the next differs by: that errs {low} mN m if by nothing, and "
-            f"{high} if by {100 * APART:.0f} % of the friction, as sessions of a recorded lever did."
+            f" One session does not know what the next differs by: that errs {low} mN m if {by}, and {high} "
+            f"if by {100 * APART:.0f} % of the friction, as sessions of a recorded lever did."
         )
     return (
         f" Of the next session expect {low} to {high} mN m, eight times of ten: that is what {sessions} "

@@ -122,7 +122,8 @@ def several_logs(points: FrictionPoints) -> bool:
     # a row of no session would have to train always, and vouch for its own session where that is held out
     if not _complete(points, "log"):
         return False
-    numbers = [set(points.columns["log"][points.direction == direction]) for direction in (1, -1)]
+    # of what is not left out: a log of which no point is used is no session
+    numbers = [set(points.columns["log"][points.rows_of(direction)]) for direction in (1, -1)]
     # a log of one direction, held out, would judge a direction that it says nothing of
     return numbers[0] == numbers[1] and len(numbers[0]) > 1
 

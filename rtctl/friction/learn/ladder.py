@@ -49,8 +49,8 @@ class Ladder:
 
     `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models
     were equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may
-    be expected to err, N m: what was held out, or what each session errs that those before it foretell,
-    whichever is more. `next_range_nm` is between what it errs, N m (`bands.next_session`)."""
+    be expected to err, N m: most of what was held out, what each errs that those before it foretell, and one
+    whose stretches differ. `next_range_nm` is between what it errs, N m (`bands.next_session`)."""
 
     choice: Choice
     sides: tuple[Side, ...]
@@ -81,11 +81,11 @@ def ascend(
     rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
     tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
     ahead = foretold.foretold(tasks)
-    # wear lies beyond all sessions: what was held out among them is too kind (docs/theory.md 8.8)
-    next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
     said = found.explanation + foretold.said(ahead, rung.rmse_nm)
     between = bands.next_session(points, found.sides, rung.scores, found.folds, ahead)
-    said += "" if between is None else foretold.said_of_next(*between)
+    said += "" if between is None else foretold.said_of_next(*between, rung.rmse_nm)
+    # what was held out is too kind to wear, and to one session that drifts (docs/theory.md 8.8)
+    next_nm = max(rung.rmse_nm, ahead.rmse_nm if ahead else 0.0, between[0][0] if between else 0.0)
     return replace(found, explanation=said, expected_next_nm=next_nm, next_range_nm=between and between[0])
 
 

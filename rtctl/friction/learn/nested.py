@@ -21,6 +21,16 @@ CHOSEN = "chosen"
 
 
 @dataclass(frozen=True)
+class NextSession:
+    """A session that no part of a fit has seen, N m: what the fit erred there, RMS, what its ladder expected
+    (`ladder.Ladder.expected_next_nm`), and between what it said that it would; None: it said nothing."""
+
+    came_nm: float
+    expected_nm: float
+    between_nm: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
 class Generalisation:
     """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen`
     rung of each fold.
@@ -29,7 +39,8 @@ class Generalisation:
     they promised. `of_rungs` has (error, its standard error) of every rung that each fit could learn, when
     they were asked for, N m. `covered` is the share of what was held out that lies within the band of the fit
     without it (`band.Band`), 0 to 1, of the choice (`CHOSEN`) and of every such rung; without a name where
-    some fit has no band."""
+    some fit has no band. `errors_nm` are the errors of the same, (n,), `unit` what each is held out with.
+    `sessions` are those held out, where whole logs are."""
 
     rmse_nm: float
     se_nm: float
@@ -37,6 +48,9 @@ class Generalisation:
     chosen: tuple[str, ...]
     of_rungs: dict[str, tuple[float, float]] = field(default_factory=dict)
     covered: dict[str, float] = field(default_factory=dict)
+    errors_nm: dict[str, np.ndarray] = field(default_factory=dict)
+    unit: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sessions: tuple[NextSession, ...] = ()
 
     def __str__(self) -> str:
         """In a sentence."""
@@ -64,8 +78,8 @@ def generalisation(
     unit = units_of(points, options.folds)
     errors: dict[str, list[np.ndarray]] = {}
     inside: dict[str, list[np.ndarray]] = {}
-    blocks, chosen, promised = [], [], []
-    folds = np.unique(fold[fold != TRAINS])
+    blocks, chosen, promised, sessions = [], [], [], []
+    way, folds = options.folds, np.unique(fold[fold != TRAINS])
     if len(folds) < 3:  # one log is left, which has no other to be held out with
         options = replace(options, folds="speed")
     for k in folds:
@@ -94,25 +108,36 @@ def generalisation(
             if band is not None:
                 inside.setdefault(name, []).append(band.holds(np.abs(points.velocity_rad_s[rows]), error))
         blocks.append(unit[rows])
+        if way == "log":
+            sessions += _sessions(found, errors[CHOSEN][-1], unit[rows])
     if not blocks:
         raise DataError(f"{points.source}: no fold to hold out; add points")
     block = np.concatenate(blocks)
-    # a rung that missed a fold is judged by easier points than the others
-    figures = {name: _figures(parts, block) for name, parts in errors.items() if len(parts) == len(blocks)}
+    whole = _of_all_folds(errors, len(blocks))
+    figures = {name: _figures(error, block) for name, error in whole.items()}
     rmse_nm, se_nm = figures.pop(CHOSEN)
     held_out_nm = float(np.sqrt(np.mean(np.square(promised))))
-    covered = {
-        name: float(np.mean(np.concatenate(parts)))
-        for name, parts in inside.items()
-        if len(parts) == len(blocks)
-    }
-    return Generalisation(rmse_nm, se_nm, held_out_nm, tuple(chosen), figures, covered)
+    covered = {name: float(np.mean(held)) for name, held in _of_all_folds(inside, len(blocks)).items()}
+    return Generalisation(
+        rmse_nm, se_nm, held_out_nm, tuple(chosen), figures, covered, whole, block, tuple(sessions)
+    )
 
 
-def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
+def _of_all_folds(parts: dict[str, list[np.ndarray]], folds: int) -> dict[str, np.ndarray]:
+    """Those that have a part of every fold, put together."""
+    # a rung that missed a fold is judged by easier points than the others
+    return {name: np.concatenate(some) for name, some in parts.items() if len(some) == folds}
+
+
+def _sessions(found: ladder.Ladder, error: np.ndarray, session: np.ndarray) -> list[NextSession]:
+    """What was expected of each session of a fold, and what came."""
+    rmse = [float(np.sqrt(np.mean(error[session == one] ** 2))) for one in np.unique(session)]
+    return [NextSession(came_nm, found.expected_next_nm, found.next_range_nm) for came_nm in rmse]
+
+
+def _figures(error: np.ndarray, block: np.ndarray) -> tuple[float, float]:
     """RMS and its standard error, N m."""
-    together = np.concatenate(parts)
-    return float(np.sqrt(np.mean(together**2))), standard_error(together, block)
+    return float(np.sqrt(np.mean(error**2))), standard_error(error, block)
 
 
 def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:

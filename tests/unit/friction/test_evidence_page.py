@@ -12,8 +12,11 @@ from click.testing import CliRunner
 from rtctl.cli.evidence import command
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.kind_table import FORMULAS
-from rtctl.friction.learn import ladder, report_evidence_page
-from rtctl.friction.learn.report_evidence_page import Found, Line, judge_set, page
+from rtctl.friction.learn import ladder, report_evidence_sets
+from rtctl.friction.learn.nested import NextSession
+from rtctl.friction.learn.over_best import OverBest
+from rtctl.friction.learn.report_evidence_page import page
+from rtctl.friction.learn.report_evidence_sets import Found, Line, judge_set
 from rtctl.friction.logs.data_sets import read_description, read_set
 from rtctl.friction.point_reader import read_points
 
@@ -33,6 +36,7 @@ def found(name, *lines, **more):
         "chosen_nm": 1e-3,
         "chosen_held_out_nm": 1e-3,
         "floor_nm": 5e-4,
+        "over_best": OverBest(1.0, 0.9, 1.1, 0.98),
     } | more
     return Found(
         name=name,
@@ -93,19 +97,33 @@ def test_what_the_bands_were_worth_is_told():
 def test_what_is_wanted_on_every_set_is_a_table_that_says_what_is_out():
     good = replace(MACHINE_WINS, chosen_covered=0.95)
     wide = replace(good, name="wide", chosen_covered=0.995)
-    worse = replace(good, name="worse", chosen_nm=1.6e-3)
-    text = page([good, wide, worse], "x")
-    assert "| machine's | 1.00 | 1.00 | 95.0 | nothing |" in text
-    assert "| wide | 1.00 | 1.00 | 99.5 | band |" in text
-    assert "| worse | 1.60 | 1.60 | 95.0 | error foretold, choice |" in text
+    worse = replace(good, name="worse", chosen_nm=1.6e-3, over_best=OverBest(1.6, 1.2, 2.1, 1.5))
+    luck = replace(good, name="luck", over_best=OverBest(1.12, 0.96, 1.31, 1.0))
+    text = page([good, wide, worse, luck], "x")
+    assert "| machine's | the same session | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 95.0 | nothing |" in text
+    assert "| wide | the same session | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 99.5 | band |" in text
+    assert "| 1.60 (1.20 to 2.10) | 1.50 | 95.0 | error foretold, choice |" in text
+    assert "| 1.12 (0.96 to 1.31) | 1.00 | 95.0 | choice, not surely |" in text
+
+
+def test_each_next_session_is_held_against_what_was_expected_and_told_of_it():
+    sessions = (
+        NextSession(1.4e-3, 1e-3, (0.5e-3, 2e-3)),
+        NextSession(1.6e-3, 1e-3, (0.5e-3, 2e-3)),
+        NextSession(0.6e-3, 1e-3, (0.7e-3, 2e-3)),
+        NextSession(1e-3, 1e-3, None),
+    )
+    text = page([replace(MACHINE_WINS, sessions=sessions)], "x")
+    assert "| machine's | next sessions | 1.00 | 2 of 4, 2 |" in text
+    assert "errs 1 mN m on next sessions, as its held-out error said" in text
 
 
 @pytest.mark.parametrize(
     ("more", "said"),
     [
         ({}, "as its held-out error said (1 mN m; 1.00 times), and is as good as the best rung"),
-        ({"chosen_nm": 2e-3},
-            "which its held-out error did not say (1 mN m; 2.00 times), and is 2.00 times the best rung"),
+        ({"chosen_nm": 2e-3, "over_best": OverBest(2.0, 1.5, 2.7, 1.9)},
+            "which its held-out error did not say (1 mN m; 2.00 times), and is 2.00 (1.50 to 2.70) times"),
         ({"floor_nm": 1e-3}, "chosen; at the floor; the least error, by a machine"),
     ],
 )  # fmt: skip
@@ -116,7 +134,7 @@ def test_what_is_said_follows_from_the_figures(more, said):
 
 
 def test_a_warning_is_told_once_and_without_the_names_of_the_files():
-    without = report_evidence_page._without_files
+    without = report_evidence_sets._without_files
     assert without("a/b.csv.gz: strokes too short") == "strokes too short"
     assert without("a/b.csv.gz, a/c.csv.gz: hardly any sliding: slow") == "hardly any sliding: slow"
 
@@ -137,6 +155,8 @@ def test_a_set_is_judged_by_what_it_never_saw():
     assert one.chosen == "lorentzian"
     assert one.chosen_nm == pytest.approx(4.0e-3, rel=0.05)
     assert one.least_nm == pytest.approx(one.chosen_nm)
+    assert one.over_best == OverBest(1.0, 1.0, 1.0, 1.0)
+    assert one.sessions == ()
     assert 2e-4 < one.floor_nm < 1e-3 < one.chosen_nm
     assert one.friction_nm == pytest.approx(np.sqrt(np.mean(points.friction_nm**2)))
 
@@ -184,7 +204,7 @@ def test_the_command_writes_the_page_and_names_a_file_that_is_missing(tmp_path, 
         assert np.array_equal(points.friction_nm, right.friction_nm)
         return replace(judged, name=name, source=source, notes=tuple(notes))
 
-    monkeypatch.setattr(report_evidence_page, "judge_set", quick)
+    monkeypatch.setattr(report_evidence_sets, "judge_set", quick)
     done = CliRunner().invoke(command, words)
     assert done.exit_code == 0, done.output
     text = (tmp_path / "page.md").read_text()
@@ -209,7 +229,7 @@ def test_a_held_out_error_says_what_the_next_session_brings(name):
     points, notes = read_set(one, DATA)
     options = replace(QUICK, families=("coulomb", "coulomb_viscous", "epsilon-spline"), folds="log")
     told = judge_set(one.name, "", points, notes, options)
-    assert told.units == 3
+    assert told.units == len(told.sessions) == 3
     assert 1 / 1.5 <= told.chosen_nm / told.chosen_held_out_nm <= 1.5
 
 

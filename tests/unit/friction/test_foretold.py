@@ -132,6 +132,7 @@ def test_one_session_knows_of_no_other() -> None:
     low, high = found.next_range_nm or (np.nan, np.nan)
     assert low == found.expected_next_nm
     assert high == pytest.approx(0.25 * np.sqrt(np.mean(one.friction_nm**2)), rel=0.01)
+    assert "if by nothing, and" in found.explanation
     # several of them, and none held out: nobody knows, and nobody says
     several = ladder.ascend(sessions([1.0, 1.1]), replace(QUICK, folds="speed"))
     assert several.next_range_nm is None
@@ -142,3 +143,22 @@ def test_where_a_solver_stopped_foretells_nothing(monkeypatch: pytest.MonkeyPatc
     trained = foretold.train
     monkeypatch.setattr(foretold, "train", lambda *a, **k: replace(trained(*a, **k), converged=False))
     assert of(sessions([1.0, 1.0, 2.0, 1.0])) is None
+
+
+def test_what_stretches_of_one_session_differ_by_is_expected_of_the_next() -> None:
+    apart = {"between_parts_nm": np.full(20, 0.02)}
+    one = replace(sessions([1.0]), columns=apart)
+    found = ladder.ascend(one, replace(QUICK, folds="speed"))
+    assert found.expected_next_nm == pytest.approx(np.hypot(0.02, found.choice.chosen.rmse_nm), rel=1e-3)
+    assert found.next_range_nm is not None
+    assert found.next_range_nm[0] == found.expected_next_nm
+    assert "20 mN m if by as much as stretches of this one do, and" in found.explanation
+
+
+def test_a_log_of_which_no_point_is_used_is_no_session() -> None:
+    """Learned without one of two, nothing was said of the next session, and the band was of its ends
+    alone."""
+    two = sessions([1.0, 1.1])
+    found = ladder.ascend(replace(two, left_out=two.columns["log"] == 1), replace(QUICK, folds="speed"))
+    assert found.next_range_nm is not None
+    assert "One session does not know" in found.explanation

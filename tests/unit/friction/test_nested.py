@@ -1,6 +1,7 @@
 """The nested error: nothing of what judges a fit has chosen or trained it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,6 +32,9 @@ def test_the_nested_error_is_that_of_another_session_and_the_ladders_own_is_not(
     assert found.rmse_nm == pytest.approx(expected, rel=0.05)
     assert found.se_nm > 0
     assert len(found.chosen) == 5
+    came = np.array([one.came_nm for one in found.sessions])
+    assert came == pytest.approx(1.25 * np.abs(np.array(sessions) - np.mean(sessions)), rel=0.01)
+    assert all(one.between_nm[0] < one.expected_nm < one.between_nm[1] for one in found.sessions)
     assert "Generalisation error (nested" in str(found)
     by_speed = ladder.ascend(points, QUICK).choice.chosen.rmse_nm
     assert found.rmse_nm > 1.15 * by_speed
@@ -53,3 +57,9 @@ def test_a_session_held_out_trains_nothing_even_where_it_has_the_fastest_point(m
     assert [sorted(set(log[~one.left_out])) for one in seen] == [
         [k for k in range(4) if k != out] for out in range(4)
     ]
+
+
+def test_sessions_that_share_a_fold_are_told_one_by_one():
+    told = SimpleNamespace(expected_next_nm=0.5, next_range_nm=(0.1, 2.0))
+    found = nested._sessions(told, np.array([1.0, -1.0, 3.0, 3.0]), np.array([7, 7, 8, 8]))
+    assert found == [nested.NextSession(1.0, 0.5, (0.1, 2.0)), nested.NextSession(3.0, 0.5, (0.1, 2.0))]
