@@ -52,6 +52,7 @@ BUILT_IN = {
         timing="hw.simulators.mock_declared:timing",
         joint="hw.simulators.mock_declared:joint",
         force="hw.simulators.mock_declared:force",
+        shown="hw.simulators.mock_declared:shown",
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",
@@ -226,8 +227,7 @@ def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
         return None
     # a list: what a third party gives may be an iterator, which a check would use up
     found = list(_resolve(target)(options, rig))
-    sound = all(isinstance(one, Timing) and _sound(astuple(one)) for one in found)
-    if not sound or len(found) != rig.n_axes:
+    if len(found) != rig.n_axes or not all(isinstance(one, Timing) and _sound(astuple(one)) for one in found):
         raise BackendError(f"{target} must give {rig.n_axes} Timing of finite numbers >= 0, not {found}")
     return found
 
@@ -255,8 +255,8 @@ def shown(kind: str, options: Options, rig: Rig) -> Shown:
     """What the numbers of such a device can show. Raises BackendError for a declaration that is none."""
     target = lookup(kind).shown
     found = Shown() if target is None else _resolve(target)(options, rig)
-    many = isinstance(found, Shown) and len(found.step_rad) not in (0, rig.n_axes)
-    if not isinstance(found, Shown) or many or not _sound((*found.step_rad, *astuple(found)[1:])):
+    counts = {len(found.step_rad), len(found.current_step_a)} if isinstance(found, Shown) else {-1}
+    if counts - {0, rig.n_axes} or not _sound((*found.step_rad, *found.current_step_a, *astuple(found)[3:])):
         raise BackendError(f"{target} must give a Shown of finite numbers >= 0, not {found}")
     return found
 
