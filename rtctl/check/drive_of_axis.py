@@ -5,10 +5,8 @@ from __future__ import annotations
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import link_damping
 from rtctl.check.force_way import ForceWay
-from rtctl.control.proofs import overshoot
 from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, Drive, ElasticJoint, resonance
 from rtctl.control.proofs.stability import Between
-from rtctl.friction.margins import FrictionFigures
 from rtctl.rig_file.axis_tables import AxisTable
 
 
@@ -42,12 +40,3 @@ def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, 
         encoder=joint.encoder,
         joints=_joints(joint, table.inertia_kgm2),
     )
-
-
-def stiffer(found: FrictionFigures | None, table: AxisTable) -> tuple[float, float]:
-    """What acts beside the coupling, N m/rad, and how many times as strong the coupling acts: help by place
-    and by load (docs/theory.md 8.9, 8.10), and a current loop that overshoots (2.19)."""
-    peak = overshoot.peak_gain(table.drive.current_loop_overshoot)
-    if found is None:
-        return 0.0, peak
-    return peak * found.place_stiffness_nm_rad, peak * (1 + found.load_loop)

@@ -5,12 +5,11 @@ The worse counts, of every part by itself: the coupling is proved for it."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hw import registry
 from hw.rig_words import subset
 from rtctl.check.devices_of_axis import members_of
-from rtctl.control.proofs import overshoot
 from rtctl.control.proofs.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.measured_timing import AxisTiming
@@ -51,12 +50,9 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
     table = loaded.config.axis[axis]
     measured = table.measured
     devices, undeclared = _declared(loaded, axis)
-    declared = [
+    claims = [
         _Claim("rig file", Between(table.coupling.delay_ticks, table.drive.current_loop_hz)),
         *devices,
-    ]
-    claims = [
-        *_overshooting(declared, table.drive.current_loop_overshoot, loaded.config.period_s),
         _Claim(
             "measured",
             Between(
@@ -84,14 +80,6 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
         old.who,
         tuple(undeclared),
     )
-
-
-def _overshooting(claims: list[_Claim], share: float, T: float) -> list[_Claim]:
-    """What is declared of a loop that overshoots, as of one that does not and is later; what is measured has
-    all of its delay."""
-    slowest_hz = min((one.between.lag_hz for one in claims if one.between.lag_hz > 0), default=0.0)
-    later = overshoot.later_s(share, slowest_hz) / T
-    return [replace(one, between=replace(one.between, delay=one.between.delay + later)) for one in claims]
 
 
 def _measured(pulse: AxisTiming, T: float) -> Between:

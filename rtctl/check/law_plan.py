@@ -204,13 +204,13 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
     """Delay up to which each coupling is proven."""
     period_s = loaded.config.period_s
     for a, axis in enumerate(loaded.config.axis):
-        b, between, spring, more = stability_report.bearing(loaded, a)
+        b, between, spring, load_loop = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
         covered = declared  # an admittance display is certified for what is declared, and no more
         if not axis.may_show("admittance"):
-            k_c = more * coupling.stiffness_nm_rad + spring
-            b_c = more * coupling.damping_nms_rad
+            k_c = (1 + load_loop) * coupling.stiffness_nm_rad + spring
+            b_c = (1 + load_loop) * coupling.damping_nms_rad
             covered = delay_covered_ticks(b, k_c, b_c, period_s, declared, between.sample_ticks)
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s

@@ -33,7 +33,6 @@ from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
 from rtctl.check.devices_of_axis import cut_a, joint_of_axis, shown_of_axis, sure_damping
-from rtctl.check.drive_of_axis import stiffer
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
@@ -120,10 +119,11 @@ class Report:
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
     """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint;
-    what acts beside the coupling, N m/rad, and how many times as strong the coupling acts."""
+    what compensation adds to the coupling: by place N m/rad, by load a share of it."""
     late, joint = lateness.of_axis(loaded, index), joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late, joint)
-    return _left(b, (axis := loaded.config.axis[index]), joint), late.between, *stiffer(found, axis)
+    spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
+    return _left(b, loaded.config.axis[index], joint), late.between, spring, loop
 
 
 def examine(
@@ -215,10 +215,11 @@ def _figures(  # longer than 50 lines: one figure a line
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
     b = _left(guaranteed[0], axis, joint)
-    spring, more = stiffer(figures, axis)
-    acting = more * k_c + spring
-    needed = stability.damping_needed_between(acting, more * b_c, T, between)
-    any_world = stability.damping_needed_between(acting, more * b_c, T, between, any_world=True)
+    spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
+    # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
+    stiffer = more * k_c + spring
+    needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
+    any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
     advised = stability.recommended_coupling(b, T, between)
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)

@@ -65,30 +65,6 @@ def remembered(s: Subject) -> list[Verdict]:
     ]
 
 
-def overshoots(s: Subject) -> list[Verdict]:
-    """A current loop of second order, as what it is judged."""
-    from rtctl.control.proofs import overshoot  # the names of a report must not load the compiler
-
-    share, hz = s.table.drive.current_loop_overshoot, s.table.drive.current_loop_hz
-    # of first order, as all rows have it
-    if share == 0:
-        return []
-    later, stronger = overshoot.later_s(share, hz) / s.period_s, overshoot.peak_gain(share)
-    # the gain is in the rows of the coupling alone
-    others = stronger > 1 and (s.table.may_show("admittance") or s.axis.compensates)
-    return [
-        s.row(
-            "current loop that overshoots",
-            f"{later:.3g} ticks, x {stronger:.3g}",
-            "of first order",
-            Outcome.NOT_PROVED if others else Outcome.PASS,
-            f"judged as a loop of first order of {hz:g} Hz that is so much later and so many times as strong"
-            + (": the rows of help and of an admittance count on the delay alone" if others else ""),
-            stronger - 1,
-        )
-    ]
-
-
 def pulse_in_steps(s: Subject) -> list[Verdict]:
     """Whether the arming test is large enough for the steps in which the current is measured."""
     from rtctl.check import axis_plan  # the names of a report must not load the compiler

@@ -5,7 +5,6 @@ from __future__ import annotations
 from seed import Seed
 
 CHECK = ("tests/unit/cli/test_check_numbers.py",)
-OVERSHOOT = ("tests/unit/cli/test_check_overshoot.py",)
 NUMBERS = "rtctl/check/verdicts_of_numbers.py"
 
 SEEDS = (
@@ -64,27 +63,6 @@ SEEDS = (
         "force_gain=gain,",
         "force_gain=1.0,",
         CHECK,
-    ),
-    Seed(
-        "a loop that overshoots is as late as one of first order",
-        "rtctl/check/lateness.py",
-        "delay=one.between.delay + later",
-        "delay=one.between.delay",
-        OVERSHOOT,
-    ),
-    Seed(
-        "a loop that overshoots is as strong as one of first order",
-        "rtctl/check/drive_of_axis.py",
-        "        return 0.0, peak\n",
-        "        return 0.0, 1.0\n",
-        OVERSHOOT,
-    ),
-    Seed(
-        "a loop that overshoots needs as little as its low frequencies",
-        "rtctl/control/proofs/overshoot.py",
-        "LATER, LATER_BY_SHARE = 1.3, 1.5",
-        "LATER, LATER_BY_SHARE = 0.4, 0.0",
-        ("tests/unit/control/test_overshoot.py",),
     ),
     Seed(
         "a test pulse below a step of the current is not told",
