@@ -221,6 +221,8 @@ class Shown:
     """Step of the position, rad at the link, one per axis; empty: none of them is known."""
     counted: bool = False
     """Such a step is a count of the encoder, and not the last digit of a number that may have far more."""
+    current_step_a: tuple[float, ...] = ()
+    """Step of the motor's current, A, one per axis; empty: as above."""
     force_step_n: float = 0.0
     """Step of the force, N, of the coarsest component."""
     force_most_n: float = 0.0

@@ -54,6 +54,7 @@ BUILT_IN = {
         timing="hw.simulators.mock_declared:timing",
         joint="hw.simulators.mock_declared:joint",
         force="hw.simulators.mock_declared:force",
+        shown="hw.simulators.mock_declared:shown",
     ),
     "playback": BackendInfo(
         "hw.playback.backend:PlaybackBackend",
@@ -241,13 +242,16 @@ def shown(kind: str, options: Options, rig: Rig) -> Shown:
     """What the numbers of such a device can show. Raises BackendError for a declaration that is none."""
     target = lookup(kind).shown
     found = Shown() if target is None else _asked(target, lambda ask: cast("object", ask(options, rig)))
-    if not isinstance(found, Shown) or len(found.step_rad) not in (0, rig.n_axes) or not _shown(found):
+    if not isinstance(found, Shown) or not _shown(found, rig.n_axes):
         raise BackendError(f"{target} must give a Shown of finite numbers >= 0, not {found}")
     return found
 
 
-def _shown(found: Shown) -> bool:
-    return all(_number(value) for value in (*found.step_rad, *astuple(found)[1:]))
+def _shown(found: Shown, n_axes: int) -> bool:
+    rows = found.step_rad, found.current_step_a
+    single = [value for value in astuple(found) if not isinstance(value, tuple)]
+    whole = all(len(row) in (0, n_axes) for row in rows)
+    return whole and all(_number(value) for value in (*rows[0], *rows[1], *single))
 
 
 def _rows(target: str, sort: type[T], options: Options, rig: Rig) -> list[T]:

@@ -66,22 +66,25 @@ def cia402_shown(options: Options, rig: Rig) -> Shown:
             abs(Shaft(table, rig, axis).rad_per_turn) / float(table["counts_per_turn"])
             for axis, table in enumerate(options["axis"])
         ),
-        counted=True,
+        True,
+        # per mille of 6075; where the drive tells that itself nothing is known
+        tuple(1e-3 * float(table["rated_current_a"] or 0.0) for table in options["axis"]),
     )
 
 
 def board_shown(options: Options, rig: Rig) -> Shown:
     """Steps and ends of the whole numbers in a field map."""
-    steps_rad, forces = [0.0] * rig.n_axes, []
+    steps: dict[str, list[float]] = {name: [0.0] * rig.n_axes for name in ("position", "current")}
+    forces = []
     for frame in options["receive"]:
         for table in frame["field"]:
             field = make_field(table, int(frame["length"]))
             if field.kind == "float":
                 continue
             unit = factor(table, rig)
-            if table["channel"] == "position":
-                steps_rad[table["axis"]] = abs(unit * field.scale)
+            if table["channel"] in steps:
+                steps[table["channel"]][table["axis"]] = abs(unit * field.scale)
             elif table["channel"] == "force":
                 ends = [abs(unit * (field.scale * raw + field.offset)) for raw in field.raw_range]
                 forces.append((abs(unit * field.scale), min(ends)))
-    return Shown(tuple(steps_rad), False, *force_numbers(forces))
+    return Shown(tuple(steps["position"]), False, tuple(steps["current"]), *force_numbers(forces))

@@ -51,16 +51,17 @@ def lines_timing(options: Options, rig: Rig) -> list[Timing]:
 
 def described_shown(options: Options, rig: Rig) -> Shown:
     """Steps and ends of the whole numbers in a described frame."""
-    steps_rad, forces = [0.0] * rig.n_axes, []
+    steps: dict[str, list[float]] = {name: [0.0] * rig.n_axes for name in ("position", "current")}
+    forces = []
     for table in options["sample"]["field"]:
         kind, size = TYPES[table["type"]]
         if kind == FLOAT:
             continue
         step = abs(float(table["scale"])) * unit_of(table, rig)
-        if table["channel"] == "position":
-            steps_rad[table["axis"]] = step
+        if table["channel"] in steps:
+            steps[table["channel"]][table["axis"]] = step
         elif table["channel"] == "force":
             span, zero = 2.0 ** (8 * size), float(table["zero"])
             low, high = (-span / 2, span / 2 - 1) if kind == SIGNED else (0.0, span - 1)
             forces.append((step, step * min(abs(low - zero), abs(high - zero))))
-    return Shown(tuple(steps_rad), False, *force_numbers(forces))
+    return Shown(tuple(steps["position"]), False, tuple(steps["current"]), *force_numbers(forces))

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hw.interface import ForceSensor, Joint, Options, Rig, Timing
+from hw.interface import ForceSensor, Joint, Options, Rig, Shown, Timing
 
 
 def _of_axis(options: Options, axis: int) -> Mapping[str, Any]:
@@ -47,6 +47,12 @@ def force(options: Options, rig: Rig) -> ForceSensor:
     sensor = options.get("force") or {}
     delay_s = int(sensor.get("delay_ticks") or 0) * rig.period_s
     return ForceSensor(float(sensor.get("lowpass_hz") or 0.0), delay_s)
+
+
+def shown(options: Options, rig: Rig) -> Shown:
+    """Steps of the simulated currents; those of position and force are the rig file's."""
+    steps = (_of_axis(options, axis).get("current_resolution_a") for axis in range(rig.n_axes))
+    return Shown(current_step_a=tuple(float(step or 0.0) for step in steps))
 
 
 def joint(options: Options, rig: Rig) -> list[Joint]:

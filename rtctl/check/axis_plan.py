@@ -23,6 +23,8 @@ from rtctl.rig_file.axis_tables import AxisTable
 ARMING_TRAVEL_SHARE = 0.25
 LIGHTEST_MOTOR = 1 / 16
 """Least share of the inertia of an elastic joint on its motor's side."""
+ARMING_PART_S = 0.02
+"""Length of a part of the arming test, if devices answer sooner."""
 OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 
@@ -35,26 +37,35 @@ def arming_ticks(lates: Sequence[stability.Between], period_s: float, part_s: fl
 
 
 def fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
-    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less, and
-    that the empty account of its port can pay for; needs what is known of delay and account."""
-    part_s = float(p["arming_ticks"]) * period_s
+    """Bound of the motion in ARMING and torque of its test; needs what is known of delay and account."""
+    times = period_s, float(p["arming_ticks"]) * period_s, float(p["acting_delay_s"][a])
+    p["arming_travel_rad"][a], p["arming_torque_nm"][a] = gentle_pulse(
+        axis, joint, times, float(p["energy_budget_j"])
+    )
+
+
+def gentle_pulse(
+    axis: AxisTable, joint: Joint, times: tuple[float, float, float], budget_j: float
+) -> tuple[float, float]:
+    """Bound of the motion in ARMING, rad, and a test torque, N m, that moves even a joint without friction
+    far less, and that the empty account of its port can pay for.
+
+    `times` are the period, a part of the pulse, and how late a torque acts, s."""
+    period_s, part_s, acting_s = times
     travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
     # the motor of an elastic joint goes alone: whoever calls it elastic seldom says how heavy it is
     share = 1.0 if joint.motor_share == 1 else LIGHTEST_MOTOR
     # +tau and -tau take a joint without friction a quarter of the bound, and leave it at rest: the other
     # three quarters are a hand's, or the motor's alone (a t^2 is the way of +tau then -tau)
     gentle_nm = axis.inertia_kgm2 * min(1.0, 4 * share) * travel_rad / (4 * part_s**2)
-    budget = float(p["energy_budget_j"])
     # a quarter of the budget for the motion that +tau makes, tau^2 t^2/(2 J), the rest of the 1.5 for what is
     # held and on its way: PASSIVITY is at 1.35, and what the account holds back comes and goes by the tick
-    moved_nm = math.sqrt(share * axis.inertia_kgm2 * budget / 2) / part_s
-    late = float(p["acting_delay_s"][a]) / period_s
+    moved_nm = math.sqrt(share * axis.inertia_kgm2 * budget_j / 2) / part_s
     way_rad = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * period_s
     held_nm = plain(take_back.most_torque)(
-        1.25 * budget / (1 + late), axis.torque_rate_nm_s * period_s, way_rad
+        1.25 * budget_j / (1 + acting_s / period_s), axis.torque_rate_nm_s * period_s, way_rad
     )
-    p["arming_travel_rad"][a] = travel_rad
-    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm, moved_nm, held_nm)
+    return travel_rad, min(axis.arming_share * axis.torque_limit_nm, gentle_nm, moved_nm, held_nm)
 
 
 def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:

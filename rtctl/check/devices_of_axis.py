@@ -75,13 +75,15 @@ def members_of(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
 
 
 def shown_of_axis(loaded: LoadedConfig, axis: int) -> Shown:
-    """What the numbers of the devices can show of the axis: `step_rad` has its step alone, 0 where it is not
-    known."""
-    step_rad, counted, found = 0.0, False, Shown()
+    """What the numbers of the devices can show of the axis: its steps alone, 0 where they are not known."""
+    step_rad, counted, step_a, found = 0.0, False, 0.0, Shown()
     for member in loaded.members():
         one = registry.shown(member.kind, member.options, subset(loaded.config.hardware(), member.axes))
-        if "position" in member.channels and axis in member.axes and one.step_rad:
-            step_rad, counted = one.step_rad[member.axes.index(axis)], one.counted
+        at = member.axes.index(axis) if axis in member.axes else -1
+        if "position" in member.channels and at >= 0 and one.step_rad:
+            step_rad, counted = one.step_rad[at], one.counted
+        if "current" in member.channels and at >= 0 and one.current_step_a:
+            step_a = one.current_step_a[at]
         if "force" in member.channels:
             found = one
-    return replace(found, step_rad=(step_rad,), counted=counted)
+    return replace(found, step_rad=(step_rad,), counted=counted, current_step_a=(step_a,))

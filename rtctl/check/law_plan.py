@@ -9,7 +9,7 @@ import numpy as np
 
 from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
-from rtctl.check.axis_plan import arming_ticks, fill_arming, fill_axis, fill_force_feedback
+from rtctl.check.axis_plan import ARMING_PART_S, arming_ticks, fill_arming, fill_axis, fill_force_feedback
 from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
@@ -46,7 +46,6 @@ TARGET_STOP_TICKS, TARGET_STOP_S = 100, 0.1
 on a quicker loop."""
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
-ARMING_PART_S = 0.02
 NEVER_SHORT_J = 1e6  # bank of an account that never holds anything back
 SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_units import amperes_of
+from rtctl.rounded import up
 
 
 def cut(s: Subject) -> list[Verdict]:
@@ -61,3 +63,51 @@ def remembered(s: Subject) -> list[Verdict]:
             f"{s.where}: axis {s.axis.name}: {told}",
         )
     ]
+
+
+def pulse_in_steps(s: Subject) -> list[Verdict]:
+    """Whether the arming test is large enough for the steps in which the current is measured."""
+    from rtctl.check import axis_plan  # the names of a report must not load the compiler
+    from rtctl.control.proofs.stability import lag_ticks
+
+    step_a, table, between = s.shown.current_step_a, s.table, s.axis.between
+    # nothing is known of the steps, or nothing is sent
+    if not (s.passivity and step_a and step_a[0] > 0 and table.arming_share > 0):
+        return []
+    T = s.period_s
+    part_s = T * axis_plan.arming_ticks([between], T, axis_plan.ARMING_PART_S)
+    times = T, part_s, T * (between.delay + lag_ticks(between.lag_hz, T))
+    step_nm = table.torque_limit_nm / amperes_of(s) * step_a[0]
+
+    def steps(budget_j: float) -> float:
+        return axis_plan.gentle_pulse(table, s.joint, times, budget_j)[1] / step_nm
+
+    found, least = steps(s.passivity.budget_j), 0.5 / table.drive.current_gain_error
+    told = (
+        f"the current is measured in steps of {step_a[0]:.3g} A, {step_nm:.3g} N m: half of one is more than "
+        f"drive.current_gain_error allows of so small a test pulse, which may be refused (CURRENT, WIRING); "
+        + _budget_that_does(steps, least)
+    )
+    return [
+        s.row(
+            "test pulse of arming in steps of the current",
+            f"{found:.3g}",
+            f">= {least:.3g}",
+            Outcome.PASS if found >= least else Outcome.WARN,
+            "torque of the arming test over a step of the current" if found >= least else told,
+            least / found,
+            "" if found >= least else f"{s.where}: axis {s.axis.name}: {told}",
+        )
+    ]
+
+
+def _budget_that_does(steps: Callable[[float], float], least: float) -> str:
+    """Remedy of a test pulse that its account makes too small: the least budget with so many steps."""
+    most_j = 100.0  # of the rig file
+    if steps(most_j) < least:
+        return "a current of finer steps, or a larger arming_share"
+    low, high = 1e-6, most_j
+    for _ in range(40):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if steps(middle) >= least else (middle, high)
+    return f"passivity.budget_j = {up(high)} makes it large enough"

@@ -64,4 +64,18 @@ SEEDS = (
         "force_gain=1.0,",
         CHECK,
     ),
+    Seed(
+        "a test pulse below a step of the current is not told",
+        "rtctl/check/verdicts.py",
+        "    verdicts_of_device.pulse_in_steps,\n",
+        "",
+        CHECK,
+    ),
+    Seed(
+        "the budget told is the one that is too small by half",
+        "rtctl/check/verdicts_of_device.py",
+        "(low, middle) if steps(middle) >= least else",
+        "(low, middle) if steps(middle) >= 0.5 * least else",
+        CHECK,
+    ),
 )

@@ -127,18 +127,42 @@ def test_a_matrix_with_a_unit_in_it_is_told(tmp_path):
 def test_the_numbers_of_force_sensors():
     one = ((2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     found = registry.shown("optoforce", {"matrix": one, "counts_per_n": (100.0, 50.0, 100.0)}, FACTS)
-    assert found == Shown((), False, 2 / 50, 2 * 32767 / 100, 2.0)
+    assert found == Shown((), False, (), 2 / 50, 2 * 32767 / 100, 2.0)
     found = registry.shown("rdt", {"matrix": one[1:], "counts_per_n": 1e6}, FACTS)
     assert found.force_most_n == pytest.approx(2147.483647)
     assert registry.shown("rokubi", {"matrix": one}, FACTS) == Shown(force_gain=2.0)
     assert registry.shown("odrive", {}, FACTS) == Shown()
 
 
+def test_a_pulse_that_is_less_than_a_step_of_the_current_is_told_with_the_budget_that_does(tmp_path):
+    """A strong arm with the budget of a knob was refused by its own test: CURRENT, and WIRING."""
+    name = "test pulse of arming in steps of the current"
+
+    def row(budget_j, step_a):
+        edits = ("[[device]]", f"[passivity]\nbudget_j = {budget_j}\n[[device]]")
+        options = f'kind = "mock"\n[[device.options.axis]]\ncurrent_resolution_a = {step_a}'
+        path = tmp_path / "rig.toml"
+        path.write_text(RIG.format(**DEFAULTS))
+        return rows_of(edited(path, edits, ('kind = "mock"', options)))[name]
+
+    # no more than a joint without friction may move by: .072 N m, .093 A
+    assert row(0.02, 0.05).outcome is Outcome.PASS
+    few = row(0.0001, 0.05)
+    assert few.outcome is Outcome.WARN
+    budget_j = float(few.refusal.partition("budget_j = ")[2].split()[0])
+    assert 0.0001 < budget_j <= 0.02
+    assert row(budget_j, 0.05).outcome is Outcome.PASS
+    assert row(0.97 * budget_j, 0.05).outcome is Outcome.WARN
+    assert "a current of finer steps" in row(0.02, 0.1).refusal
+
+
 def test_unsigned_numbers_end_where_they_are_short_of_a_sign():
     field = {"channel": "force", "type": "u16", "scale": 0.1, "zero": 1000.0, "unit": "N", "axis": 0}
     position = {"channel": "position", "type": "i32", "scale": -2.0, "zero": 0.0, "unit": "counts", "axis": 0}
     real = {**field, "type": "f32"}
-    found = registry.shown("serial-described", {"sample": {"field": [field, position, real]}}, FACTS)
+    current = {**position, "channel": "current", "scale": 2.0, "unit": "mA"}
+    found = registry.shown("serial-described", {"sample": {"field": [field, position, real, current]}}, FACTS)
+    assert found.current_step_a == (0.002,)
     assert found.force_most_n == pytest.approx(100.0)
     assert found.force_step_n == pytest.approx(0.1)
     assert found.step_rad == pytest.approx((2 * 2 * math.pi / 160000,))
@@ -146,7 +170,14 @@ def test_unsigned_numbers_end_where_they_are_short_of_a_sign():
 
 @pytest.mark.parametrize(
     "given",
-    [Shown((math.nan,)), Shown((1.0, 1.0)), Shown(force_step_n=-1.0), None, Shown(force_gain=math.inf)],
+    [
+        Shown((math.nan,)),
+        Shown((1.0, 1.0)),
+        Shown(force_step_n=-1.0),
+        None,
+        Shown(force_gain=math.inf),
+        Shown(current_step_a=(math.nan,)),
+    ],
 )
 def test_a_declaration_that_is_none_is_refused(monkeypatch, given):
     monkeypatch.setattr("hw.force.declared.rokubi_shown", lambda options, rig: given)
