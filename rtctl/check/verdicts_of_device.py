@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_observer import observes
 from rtctl.check.verdicts_of_units import amperes_of
 
 
@@ -59,5 +60,28 @@ def remembered(s: Subject) -> list[Verdict]:
             told,
             acting / LATE_MOST,
             f"{s.where}: axis {s.axis.name}: {told}",
+        )
+    ]
+
+
+def overshoot(s: Subject) -> list[Verdict]:
+    """A current that exceeds its steps is counted on in the proof of the coupling, and there alone."""
+    over, lag_hz = s.axis.current_overshoot, s.axis.current_loop_hz
+    if over == 0:
+        return []
+    others = observes(s) or s.table.may_show("admittance")
+    outcome = Outcome.FAIL if lag_hz == 0 else Outcome.NOT_PROVED if others else Outcome.PASS
+    told = "drive.current_overshoot without a lag: set drive.current_loop_hz to 1/(2 pi) of the loop's lag"
+    return [
+        s.row(
+            "current that overshoots",
+            f"{over:.2g} of a step",
+            "of the coupling's proof",
+            outcome,
+            told
+            if lag_hz == 0
+            else "the coupling is proved with it; observer and admittance are for a loop of first order",
+            over,
+            f"{s.where}: axis {s.axis.name}: {told}" if lag_hz == 0 else "",
         )
     ]
