@@ -28,6 +28,7 @@ class AxisFigures:
     sample_from: str
     current_loop_hz: float
     lag_from: str
+    current_overshoot: float
     undeclared_devices: tuple[str, ...]
     motor_share: float
     joint_encoder: str
@@ -72,4 +73,10 @@ class AxisFigures:
     @property
     def between(self) -> stability.Between:
         """What lies between law and joint."""
-        return stability.Between(self.delay_ticks, self.current_loop_hz, self.sample_ticks, self.jitter_ticks)
+        return stability.Between(
+            self.delay_ticks,
+            self.current_loop_hz,
+            self.sample_ticks,
+            self.jitter_ticks,
+            self.current_overshoot,
+        )

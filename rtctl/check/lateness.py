@@ -74,6 +74,7 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
             slow.between.lag_hz,
             old.between.sample_ticks,
             min(jitter, late.between.delay),  # a delay does not become less than none
+            table.drive.current_overshoot,
         ),
         late.who,
         slow.who,

@@ -207,8 +207,9 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring, load_loop = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        covered = declared  # an admittance display is certified for what is declared, and no more
-        if not axis.may_show("admittance"):
+        # an admittance, and a current that overshoots, are certified for what is declared, and no more
+        covered = declared
+        if not axis.may_show("admittance") and between.overshoot == 0:
             k_c = (1 + load_loop) * coupling.stiffness_nm_rad + spring
             b_c = (1 + load_loop) * coupling.damping_nms_rad
             covered = delay_covered_ticks(b, k_c, b_c, period_s, declared, between.sample_ticks)

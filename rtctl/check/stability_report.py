@@ -216,8 +216,7 @@ def _figures(  # longer than 50 lines: one figure a line
     count = 2 * math.pi / axis.counts_of_turn
     b = _left(guaranteed[0], axis, joint)
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
-    # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
-    stiffer = more * k_c + spring
+    stiffer = more * k_c + spring  # what compensation by place and by load add (8.9, 8.10)
     needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
     any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
     advised = stability.recommended_coupling(b, T, between)
@@ -236,6 +235,7 @@ def _figures(  # longer than 50 lines: one figure a line
         sample_from=late.sample_from,
         current_loop_hz=between.lag_hz,
         lag_from=late.lag_from,
+        current_overshoot=between.overshoot,
         undeclared_devices=late.undeclared,
         motor_share=joint.motor_share,
         joint_encoder=joint.encoder,

@@ -79,6 +79,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_device.cut,
     verdicts_of_device.remembered,
     verdicts_of_device.pulse_in_steps,
+    verdicts_of_device.overshoot,
     verdicts_of_units.ticks_to_full_torque,
     verdicts_of_units.time_constant,
     verdicts_of_units.viscous_torque,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_observer import observes
 from rtctl.check.verdicts_of_units import amperes_of
 from rtctl.rounded import up
 
@@ -111,3 +112,26 @@ def _budget_that_does(steps: Callable[[float], float], least: float) -> str:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if steps(middle) >= least else (middle, high)
     return f"passivity.budget_j = {up(high)} makes it large enough"
+
+
+def overshoot(s: Subject) -> list[Verdict]:
+    """A current that exceeds its steps is counted on in the proof of the coupling, and there alone."""
+    over, lag_hz = s.axis.current_overshoot, s.axis.current_loop_hz
+    if over == 0:
+        return []
+    others = observes(s) or s.table.may_show("admittance")
+    outcome = Outcome.FAIL if lag_hz == 0 else Outcome.NOT_PROVED if others else Outcome.PASS
+    told = "drive.current_overshoot without a lag: set drive.current_loop_hz to 1/(2 pi) of the loop's lag"
+    return [
+        s.row(
+            "current that overshoots",
+            f"{over:.2g} of a step",
+            "of the coupling's proof",
+            outcome,
+            told
+            if lag_hz == 0
+            else "the coupling is proved with it; observer and admittance are for a loop of first order",
+            over,
+            f"{s.where}: axis {s.axis.name}: {told}" if lag_hz == 0 else "",
+        )
+    ]

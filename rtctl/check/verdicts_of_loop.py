@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from hw.motion import HANDLE_M, own_size
+from rtctl.check.devices_of_axis import sure_damping
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
@@ -139,14 +140,24 @@ def elastic_joint(s: Subject) -> list[Verdict]:
         ]
     if axis.motor_share == 1:
         return []
+    b = s.table.viscous_nms_rad
+    link = sure_damping(b, s.joint) - s.joint.motor_share * b
+    # within the play of a gear the motor has no damping but its own
+    in_play = axis.device_damping_nms_rad - link
+    plays = link == 0 or axis.damping_needed_nms_rad <= in_play
+    told = (
+        "the damping behind the joint's spring can be cancelled by a hand: the rows here count on what is "
+        "left of it"
+    )
+    if not plays:
+        told += f"; in the play of a gear that is {in_play:.4g}: joint_damping_nms_rad = 0 where there is any"
     return [
         s.row(
             "elastic joint",
             f"{axis.device_damping_nms_rad:.4g} of {axis.total_damping_nms_rad:.4g} N m s/rad",
             "what every hand leaves",
-            Outcome.PASS,
-            "the damping behind the joint's spring can be cancelled by a hand: the rows here count on what "
-            "is left of it",
+            Outcome.PASS if plays else Outcome.NOT_PROVED,
+            told,
         )
     ]
 
@@ -277,7 +288,8 @@ def between_text(axis: AxisFigures) -> str:
     if axis.jitter_ticks > 0:  # only what is there is told
         parts.append(f"up to {axis.jitter_ticks:.3g} less at times")
     if axis.current_loop_hz > 0:
-        parts.append(f"a current loop of {axis.current_loop_hz:.4g} Hz ({axis.lag_from})")
+        exceeds = f" that overshoots by {axis.current_overshoot:.2g}" if axis.current_overshoot > 0 else ""
+        parts.append(f"a current loop of {axis.current_loop_hz:.4g} Hz{exceeds} ({axis.lag_from})")
     if axis.sample_ticks > 1:
         parts.append(f"a fresh sample every {axis.sample_ticks} ticks ({axis.sample_from})")
     return ", ".join(parts)

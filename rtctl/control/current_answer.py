@@ -55,6 +55,19 @@ NOISE_SHARE = 0.25
 GAIN_ERRORS = 3.0
 """So many standard errors the gain must be outside of its bounds."""
 
+OVERSHOOT_ALLOWED = 0.05
+"""So far beyond what is declared the current may exceed the step: such a loop bears .5 % less stiffness in
+the median, 21 % where b_c is most of what the device damps."""
+
+FEWEST_FOR_OVERSHOOT = 10
+"""Shorter parts (loops below 500 Hz) tell none."""
+
+NOISE_PEAKS = 5.0
+"""So many standard deviations of the noise are no overshoot."""
+
+LAID_OVER = 6.0
+"""Variance of three steps laid over one another, weighted 1, -2, 1, in those of a sample."""
+
 TOLERANCE_TICKS = 0.1
 """By this much a measured delay may exceed the proof's: what the row of lags resolves."""
 
@@ -66,6 +79,7 @@ def forget(s: Record, axis: int) -> None:
         s.answer_sent_nm[axis, k] = 0.0
         s.answer_measured_nm[axis, k] = 0.0
     s.answer_before_nm[axis] = s.answer_gap_nm[axis] = 0.0
+    s.answer_rest_nm[axis] = s.answer_rest_nm2[axis] = 0.0
     s.answer_late_count[axis] = s.answer_count[axis] = s.running_count[axis] = 0
     s.running_known_count[axis] = 0
 
@@ -79,7 +93,10 @@ def keep(s: Record, p: Record, axis: int, measured: float, sent_ticks: int, skip
     s.answer_gap_nm[axis] += measured - sent  # over all four parts: +tau and -tau cancel
     if skipped > 0:
         s.answer_late_count[axis] += 1
-    if part == 0 or k >= RESPONSE:  # before the first step there is no answer to lay over
+    if part == 0:  # before the first step there is no answer to lay over
+        s.answer_rest_nm[axis] += measured
+        s.answer_rest_nm2[axis] += measured * measured
+    if part == 0 or k >= RESPONSE:
         return
     weight = -2.0 if part == 2 else 1.0
     s.answer_sent_nm[axis, k] += weight * sent
@@ -205,6 +222,33 @@ def _least_delay(
 
 
 @compiled
+def _overshoots(s: Record, p: Record, axis: int, n: int, step: float) -> bool:
+    """True when the current surely exceeds a step of `step` by more than the proof counts on.
+
+    Notes
+    -----
+    Means of 1, 2 and 4 samples, against that of the last quarter of the step; the noise is that of the part
+    in which nothing was sent, as what the best fit leaves has the overshoot itself in it."""
+    most, ticks = p.current_overshoot_limit[axis], p.arming_ticks
+    if not most > 0.0 or n < FEWEST_FOR_OVERSHOOT:
+        return False
+    y, mean = s.answer_measured_nm[axis], s.answer_rest_nm[axis] / ticks
+    squares = max(s.answer_rest_nm2[axis] - ticks * mean * mean, 0.0)
+    noise = NOISE_PEAKS * math.sqrt(LAID_OVER * squares / (ticks - 1))
+    last, end = n // 4, 0.0
+    for k in range(n - last, n):
+        end += y[k] / last
+    for width in (1, 2, 4):
+        total = 0.0
+        for k in range(n):
+            total += y[k] - (y[k - width] if k >= width else 0.0)
+            peak = total / width - noise / math.sqrt(width)
+            if k >= width and peak > end + most * step:
+                return True
+    return False
+
+
+@compiled
 def conclude(s: Record, p: Record, axis: int) -> int:
     """After the last tick of the test: write the `answer_` results; CURRENT and DELAY as they are found."""
     ticks = p.arming_ticks
@@ -227,6 +271,8 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     s.answer_gain[axis], s.answer_offset_nm[axis] = gain, offset
     error = GAIN_ERRORS * math.sqrt(variance / n) / (0.5 * height)
     if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:
+        fault |= _F_CURRENT
+    if _overshoots(s, p, axis, n, step):
         fault |= _F_CURRENT
     return fault | leaves_proof(p, axis, delay)
 

@@ -196,9 +196,10 @@ TABLE: tuple[FaultRow, ...] = (
         80,
         "the current's answer to the test pulse, or to what is sent while running in 2 windows of 1 s in a "
         "row, is surely off the gain 1 by more than drive.current_gain_error (.3), or off by more than "
-        "drive.current_offset_share (10 %) of the torque limit",
+        "drive.current_offset_share (10 %) of the torque limit, or exceeds a step of the pulse by .05 more "
+        "than drive.current_overshoot",
         "the measured current is not the one asked for: check torque constant, scale and offset of the "
-        "Hall sensor, current limit of the drive",
+        "Hall sensor, current limit of the drive; tune a current loop that overshoots, or declare it",
     ),
     FaultRow(
         Fault.DELAY,

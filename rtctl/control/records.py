@@ -130,6 +130,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             # detectors and test pulse
             "follow_kind": (),  # 1: the measured current must follow the torque sent
             "current_gain_error": (),  # how far the current's gain may be off 1
+            "current_overshoot_limit": (),  # how far the current may exceed a step; 0: not asked
             "current_offset_nm": (),  # and how far it may be off besides, as torque
             "follow_delay_ticks": (),  # the measurement may be this much late
             "actuator_delay_ticks": (),  # the torque acts this much late, as far as is known
@@ -465,6 +466,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "answer_model_nm": (RESPONSE,),
             "answer_before_nm": (),  # torque sent before the steps
             "answer_gap_nm": (),  # sum of measured minus sent
+            "answer_rest_nm": (),  # sum of measured before the first step, and of its square
+            "answer_rest_nm2": (),
             "answer_late_count": (),  # slots skipped in between: nothing can be said
             "answer_count": (),  # 1: measured
             "answer_delay": (),  # ticks

@@ -44,6 +44,9 @@ class DriveTable(Table):
     current_loop_hz: float = number(
         0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
     )
+    current_overshoot: float = number(
+        0, 0.6, "by what share the current exceeds a step; 0: a loop of first order", default=0.0
+    )
     current_gain_error: float = number(
         0.02, 0.9, "how far the measured current may be off what was sent, as a share of it", default=0.3
     )
@@ -57,7 +60,7 @@ class DriveTable(Table):
         "joint is elastic, and the rest, beyond its spring, is the hand's to cancel",
         default=1.0,
     )
-    joint_damping_nms_rad: float = number(0, 1e3, "damping of an elastic joint itself", default=0.0)
+    joint_damping_nms_rad: float = number(0, 1e3, "damping of an elastic joint, 0 with play", default=0.0)
     resonance_hz: float = number(
         0,
         1e4,

@@ -43,11 +43,18 @@ _ALLOWANCE = 1.005
 
 
 def damping_needed(
-    k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0, jitter: float = 0.0
+    k_c: float,
+    b_c: float,
+    T: float,
+    n: int,
+    d: float = 0.0,
+    tau: float = 0.0,
+    jitter: float = 0.0,
+    overshoot: float = 0.0,
 ) -> float:
     """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay
-    `d`, up to `jitter` less in any tick, lag `tau`, all in ticks. Arguments are taken as valid. 0 without a
-    coupling.
+    `d`, up to `jitter` less in any tick, lag `tau`, all in ticks, `overshoot` as in `sampled_loop`. Arguments
+    are taken as valid. 0 without a coupling.
 
     Notes
     -----
@@ -56,15 +63,15 @@ def damping_needed(
     """
     if k_c == 0 and b_c == 0:
         return 0.0
-    return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau, jitter)
+    return _ALLOWANCE * _needed(k_c, b_c, T, n, felt(d, tau, jitter, overshoot))
 
 
-def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float, jitter: float) -> float:
+def _needed(k_c: float, b_c: float, T: float, n: int, shares: dict[int, float]) -> float:
     """Largest eigenvalue over the sweep, a quarter of it."""
     back = np.exp(-2j * _angles())  # 1/z
     torque, weight = _torques(k_c, b_c, T, n, back)
     total = np.zeros((len(back), n, n), dtype=complex)
-    for m, share in felt(d, tau, jitter).items():
+    for m, share in shares.items():
         total += share * T * _gram(torque, weight, n, m - 1, back)
     return 0.25 * float(np.linalg.eigvalsh(total)[:, -1].max())
 

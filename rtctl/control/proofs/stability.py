@@ -18,6 +18,7 @@ theta   rad            w T / 2, in (0, pi/2]
 Every margin is a surplus of device damping: `b` minus the least `b` that passes, N m s/rad. Zero or more
 means passive with every passive hand and every passive virtual environment; NaN in `b` gives NaN, which
 passes no `>= 0`."""
+# longer than 300 lines: one condition after the other, each with its source and what it leaves out
 
 from __future__ import annotations
 
@@ -49,6 +50,8 @@ class Between:
     """Ticks between two fresh samples."""
     jitter: float = 0.0
     """How much shorter the delay may be in one tick than in another, ticks."""
+    overshoot: float = 0.0
+    """How far the current exceeds a step, share of it; 0: a loop of first order."""
 
 
 IDEAL = Between()
@@ -69,7 +72,14 @@ def lag_ticks(lag_hz: float, T: float) -> float:
 
 
 def damping_needed_sampled_data(
-    k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0, *, any_world: bool = False
+    k_c: float,
+    b_c: float,
+    T: float,
+    d: float = 0.0,
+    lag_hz: float = 0.0,
+    *,
+    any_world: bool = False,
+    overshoot: float = 0.0,
 ) -> float:
     """Least device damping for which the sampled loop is passive, N m s/rad, with this very delay and lag.
 
@@ -81,6 +91,9 @@ def damping_needed_sampled_data(
         Bandwidth of the current loop, a first-order lag; 0 is ideal.
     any_world : bool
         With a lag: for virtual environments that are not linear, too. Without one both are the same.
+    overshoot : float
+        Of the current loop, share of a step, 0 to below 1: then of second order, with the lag of `lag_hz` at
+        low frequencies.
 
     Raises
     ------
@@ -104,7 +117,7 @@ def damping_needed_sampled_data(
     if lag_hz == 0 and d == 1:
         q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
         return 4 * (B * B * q - spread * q * q) / B
-    return _largest(peaks(float(d), lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
+    return _largest(peaks(float(d), lag_ticks(lag_hz, T), any_world=any_world, overshoot=overshoot), K, b_c)
 
 
 def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> float:
@@ -118,9 +131,9 @@ def late_ticks(between: Between, T: float) -> float:
     return between.delay + between.sample_ticks - 1 + lag_ticks(between.lag_hz, T)
 
 
-def _cases(T: float, between: Between) -> list[tuple[float, float]]:
-    """Delay and bandwidth of all that is no slower than declared: whole ticks below the delay, lags down to
-    none.
+def _cases(T: float, between: Between) -> list[tuple[float, float, float]]:
+    """Delay, bandwidth and overshoot of all that is no slower than declared: whole ticks below the delay,
+    lags down to none, with the overshoot and without.
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
     lags between are some steps, as it changes little from one to the next, but where one fills up a tick."""
@@ -132,7 +145,9 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
     if between.lag_hz > 0 and short > 0:
         filling = [1 / (2 * math.pi * share * short * T) for share in _OF_A_TICK]
         cases += [(between.delay, lag) for lag in filling if lag > between.lag_hz]
-    return cases
+    # half of it may ask for .3 % more than all
+    exceeds = {0.0, 0.5 * between.overshoot, between.overshoot}
+    return [(d, lag, over) for d, lag in cases for over in (exceeds if lag > 0 else {0.0})]
 
 
 def damping_needed_between(
@@ -141,17 +156,20 @@ def damping_needed_between(
     """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age
     of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`."""
     cases = _cases(T, between)
-    needed = [damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in cases]
+    needed = [
+        damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world, overshoot=over)
+        for d, lag, over in cases
+    ]
     if between.jitter > 0 and k_c + b_c > 0:
         low = max(between.delay - between.jitter, 0.0)
-        lags = {lag_ticks(hz, T) for _, hz in cases}
-        needed += [_largest(varying_peaks(low, between.delay, lag), k_c * T / 2, b_c) for lag in lags]
+        lags = {(lag_ticks(hz, T), over) for _, hz, over in cases}
+        needed += [_largest(varying_peaks(low, between.delay, *lag), k_c * T / 2, b_c) for lag in lags]
     if between.sample_ticks > 1:
         needed += [
-            held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d))
+            held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d), over)
             for n in range(2, between.sample_ticks + 1)
             for d in {0.0, between.delay}
-            for lag in {0.0, lag_ticks(between.lag_hz, T)}
+            for lag, over in {(0.0, 0.0), (lag_ticks(between.lag_hz, T), between.overshoot)}
         ]
     return max(needed)
 
@@ -209,9 +227,11 @@ def _largest_stiffness(
             high = middle
 
 
-def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> float:
-    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad, with this delay and
-    lag.
+def k_max_sampled_data(
+    b: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0, overshoot: float = 0.0
+) -> float:
+    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad, with this delay,
+    lag and overshoot.
 
     0 where none passes (b below b_c, or NaN). Raises ValueError as `damping_needed_sampled_data`.
 
@@ -224,7 +244,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
         return 0.0
     if d == 0 and lag_hz == 0:
         return 2 * (b - b_c) / T
-    W, U = peaks(float(d), lag_ticks(lag_hz, T))
+    W, U = peaks(float(d), lag_ticks(lag_hz, T), overshoot=overshoot)
     left, spare = b_c * (2 * b - W * b_c), b - W * b_c
     if np.min(left) < 0:  # at k_c = 0 already too much is asked
         return 0.0
@@ -234,7 +254,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     low = float(np.min(K)) * 2 / T
 
     def needed(k: float) -> float:
-        return damping_needed_sampled_data(k, b_c, T, d, lag_hz)
+        return damping_needed_sampled_data(k, b_c, T, d, lag_hz, overshoot=overshoot)
 
     below = low * (1 - 1e-12)  # the root is rounded: what is returned must pass
     if needed(low * (1 + 1e-9)) > b >= needed(below):
@@ -245,7 +265,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
 def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
     """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; or 0."""
     require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
-    high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
+    high = min(k_max_sampled_data(b, b_c, T, *case) for case in _cases(T, between))
     if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
         return high
     return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high, 1e-5)

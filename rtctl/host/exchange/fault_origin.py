@@ -211,6 +211,8 @@ def _answer(scene: Scene) -> Where:
     offset = np.where(pulse, row["arming_offset_nm"], row["running_offset_nm"])
     most_offset = scene.params["current_offset_nm"]
     off = np.maximum(np.abs(gain - 1.0) / most_gain, np.abs(offset) / most_offset)
+    if np.all(pulse) and np.all(off <= 1.0):  # the tick does not tell of which axis
+        return Where(None, "current", "the test pulse's steps are exceeded (drive.current_overshoot)")
     return _worst(
         np.where(np.isfinite(gain), off, 0.0),
         "current",

@@ -48,13 +48,14 @@ def answer(sent, delay=0.0, lag=0.0, gain=1.0, offset=0.0, noise=0.0, seed=0):
 class Measured:
     """The test on one axis: sent and measured torque in, results and faults out."""
 
-    def __init__(self, sent, shown, proof_ticks=0.0, late_at=-1):
+    def __init__(self, sent, shown, proof_ticks=0.0, late_at=-1, overshoot=0.05):
         made = new_records(1)
         params, state = records(made[0]), records(made[1])
         params["arming_ticks"], params["period_s"] = len(sent) // 4, 1e-3
         params["torque_limit_nm"], params["proof_delay_s"] = LIMIT, proof_ticks * 1e-3
         params["current_gain_error"], params["current_offset_nm"] = 0.3, 0.1 * LIMIT
         p, s = params[0], state[0]
+        params["current_overshoot_limit"] = overshoot
         state["answer_sent_nm"], state["answer_gap_nm"] = 7.0, 7.0  # of a test before
         state["answer_count"] = state["running_count"] = 1
         current_answer.forget(s, 0)
@@ -69,6 +70,42 @@ class Measured:
         self.delay, self.lag, self.gain, self.offset = (
             float(state[f"answer_{name}"][0, 0]) for name in ("delay", "lag", "gain", "offset_nm")
         )
+
+
+def ringing(sent, overshoot, hz):
+    """The sent torque behind a loop of second order, integrated, as a sample of every tick shows it."""
+    decay = -math.log(overshoot)
+    zeta, w = decay / math.hypot(math.pi, decay), 2 * math.pi * hz * 1e-3
+    # a tick by the matrix of a fine step, squared until it is one
+    tick = np.eye(3) + np.array([[0, 1, 0], [-w * w, -2 * zeta * w, w * w], [0, 0, 0]]) / 1024
+    for _ in range(10):
+        tick = tick @ tick
+    current, shown = np.zeros(3), np.zeros(len(sent))
+    for k, torque in enumerate(sent):
+        current[2] = torque
+        current = tick @ current
+        shown[k] = current[0]
+    return shown
+
+
+@pytest.mark.parametrize(("overshoot", "hz"), [(0.16, 80), (0.16, 150), (0.3, 60), (0.3, 250)])
+def test_a_current_that_exceeds_the_step_is_refused_unless_it_is_declared(overshoot, hz):
+    sent = pulse()
+    shown = ringing(sent, overshoot, hz)
+    assert Measured(sent, shown).fault & Fault.CURRENT
+    assert Measured(sent, shown, overshoot=overshoot + 0.05).fault == 0
+    assert Measured(sent, shown, overshoot=0.0).fault == 0  # a recording of before: nobody asked
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1 * TORQUE])
+def test_noise_is_no_overshoot(noise):
+    for part in (10, 20, 80):
+        sent = pulse(part)
+        late, rings = answer(sent, 1.0, 0.8), ringing(sent, 0.04, 200)
+        for seed in range(30):
+            some = noise * np.random.default_rng(seed).standard_normal(len(sent))
+            assert Measured(sent, late + some).fault == 0
+            assert Measured(sent, rings + some).fault == 0
 
 
 @pytest.mark.parametrize("part", [5, 10, 20, 80])

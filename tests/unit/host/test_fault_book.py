@@ -28,6 +28,7 @@ def limits():
         "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5, "arming_travel_rad": 0.1,
         "proof_delay_s": 2e-3, "declared_delay_s": 5e-4, "proof_age_ticks": 1,
         "follow_delay_ticks": 2, "current_gain_error": 0.3, "current_offset_nm": 0.3,
+        "current_overshoot_limit": 0.05,
         "force_offset_limit_nm": 0.3,
         "moment_used": 1, "moment_limit_nm": 2.0,
     }.items():  # fmt: skip

@@ -1,0 +1,64 @@
+"""A current loop of second order in the proof of the coupling, against sums over thousands of aliases."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtctl.control.proofs.sampled_loop import _envelope, felt
+from rtctl.control.proofs.stability import Between, damping_needed_between, damping_needed_sampled_data
+from rtctl.control.proofs.stability import k_max_between as k_max
+
+T, N = 1e-3, np.arange(-300, 301)
+THETA = np.concatenate([np.geomspace(1e-3, 0.3, 300), np.linspace(0.3, np.pi / 2, 200)])
+
+
+def summed(k_c, b_c, delay, lag_hz, overshoot):
+    """Least damping by (SD-2) of docs/theory.md 2.4, aliases added one by one."""
+    w = (2 * THETA / T)[:, None] + 2 * np.pi * N / T
+    # 2 zeta/w_0 is the lag, and the step is exceeded by e^(-pi zeta/sqrt(1 - zeta^2))
+    decay, late = -math.log(overshoot), 1 / (2 * np.pi * lag_hz)
+    zeta = decay / math.hypot(math.pi, decay)
+    A = 1 / (1 + 1j * w * late - (w * late / (2 * zeta)) ** 2)
+    S0 = (T / 2 / np.sin(THETA)) ** 2
+    S1, S2 = (A * np.exp(-1j * w * delay * T) / w**2).sum(axis=1), (np.abs(A / w) ** 2).sum(axis=1)
+    W = np.sqrt(S2 / S0) + ((1 - np.exp(-2j * THETA)) ** 2 / T**2 * S1).real
+    K = k_c * T / 2
+    return float((W * ((b_c + K) ** 2 + (K / np.tan(THETA)) ** 2) / (2 * (b_c + K))).max())
+
+
+@pytest.mark.parametrize(
+    ("delay", "lag_hz", "overshoot"), [(0.0, 100, 0.37), (0.4, 800, 0.16), (2.3, 200, 0.05)]
+)
+def test_a_current_that_overshoots_asks_for_what_thousands_of_aliases_say(delay, lag_hz, overshoot):
+    for k_c, b_c in ((60.0, 0.01), (100.0, 0.0)):
+        needed = [
+            damping_needed_sampled_data(k_c, b_c, T, delay, lag_hz, overshoot=overshoot, any_world=world)
+            for world in (False, True)
+        ]
+        assert 0.99999 <= needed[0] / summed(k_c, b_c, delay, lag_hz, overshoot) <= 1.0005
+        assert needed[1] >= needed[0]
+
+
+def test_an_overshoot_costs_stiffness_and_less_of_it_is_covered():
+    assert k_max(0.05, 0.01, T, Between(0, 100, overshoot=0.163)) == pytest.approx(17.7, abs=0.1)
+    most = damping_needed_between(60, 0.01, T, Between(1.0, 800, overshoot=0.3))
+    for less in (0.06, 0.12, 0.18, 0.24):
+        assert damping_needed_sampled_data(60, 0.01, T, 1.0, 800, overshoot=less) <= most * (1 + 1e-3)
+
+
+def test_where_shares_are_squared_the_envelope_covers_an_overshoot():
+    plain = Between(1.3, 300, overshoot=0.16)
+    for one in (replace(plain, jitter=0.01), replace(plain, sample_ticks=2)):
+        covered = damping_needed_between(20, 0.01, T, one)
+        assert covered >= damping_needed_between(20, 0.01, T, plain)
+        assert covered > 2 * damping_needed_between(20, 0.01, T, replace(one, overshoot=0.0))
+    # the answer to an impulse, nowhere more than the lag that stands for it
+    t, ratio = np.linspace(0.01, 20, 400), math.pi / -math.log(0.16)
+    rate, turn = 2 / (1 + ratio**2), 2 * ratio / (1 + ratio**2)
+    answer = (rate**2 + turn**2) / turn * np.exp(-rate * t) * np.sin(turn * t)
+    assert np.trapezoid(answer, t) == pytest.approx(1, abs=1e-2)
+    scale, mean = _envelope(1.0, 0.16)
+    assert np.all(np.abs(answer) <= scale / mean * np.exp(-t / mean) * (1 + 1e-9))
+    assert sum(felt(1.3, 1.0, 0.0, 0.16).values()) == pytest.approx(scale * 1.16 / 0.84, rel=1e-5)
