@@ -138,6 +138,7 @@ def _loop(law_at, of_law, a, y, z, line, noise, steps, out):
             y[MOTOR] = wanted + keep * (y[MOTOR] - wanted)
             y[HELD] = _step(y, z, a, now_s + q * dt, dt)
         out[k, 0], out[k, 1], out[k, 2] = y[V], y[LINK_V] if a.link > 0 else y[V], y[HELD]
+        out[k, 3], out[k, 4] = t.feedforward_torque_nm[0], t.observer_torque_nm[0]
         t.tick += 1
 
 
@@ -189,8 +190,8 @@ class Rig(Armed):
         return min(2.5e-5, 0.1 / math.sqrt(max(swings)), 0.2 / max(*fades, 1e-9))
 
     def run(self, seconds):
-        """Speeds of motor and link, and the hand's torque; shape (ticks, 3)."""
-        out = np.zeros((round(seconds / self.period_s), 3))
+        """Speeds of motor and link, the hand's torque, and both parts of the help; shape (ticks, 5)."""
+        out = np.zeros((round(seconds / self.period_s), 5))
         noise = self.draw.standard_normal((len(out), 4))
         _loop(self._at, self.law, records(self.a)[0], self.y, self.z, self.line, noise, self.steps, out)
         return out
