@@ -101,19 +101,20 @@ def answers(steps, motion, plant):
 
 
 class Turned:
-    """A joint without cogging that goes as it is told, at .1 N m; a tick of twenty is left out."""
+    """A joint without cogging that goes as it is told, at .02 N m; a tick of twenty is left out."""
 
     def __init__(self):
-        self.tick, self.x, self.v, self.draw = 0, 0.0, 0.0, np.random.default_rng(1)
+        self.tick, self.x, self.v, self.lost = 0, 0.0, 0.0, 0.05
+        self.draw = np.random.default_rng(1)
 
     def __call__(self, order, motion):
         self.v = order.fields.get("program_velocity_rad_s", self.v)
         rows = new_ticks(max(20, round(order.look_s / motion.rig.period_s)), 1)
         rows["state"], rows["tick"] = State.ACTIVE, self.tick + 1 + np.arange(len(rows))
         rows["position_rad"][:, 0] = self.x + self.v * motion.rig.period_s * (1 + np.arange(len(rows)))
-        rows["motor_torque_nm"] = 0.1 * np.sign(self.v)
+        rows["motor_torque_nm"] = 0.02 * np.sign(self.v)
         self.tick, self.x = int(rows["tick"][-1]), float(rows["position_rad"][-1, 0])
-        return rows[self.draw.random(len(rows)) > 0.05]
+        return rows[self.draw.random(len(rows)) > self.lost]
 
 
 def motion_at_rest():
@@ -135,7 +136,7 @@ def test_a_measurement_beside_late_ticks_is_taken_again(monkeypatch):
     monkeypatch.setattr(points, "go_on", lambda *_: iter(()))
     monkeypatch.setattr(points, "settle", lambda *_: (yield from ()) or True)
     plant = Turned()
-    plant.v = task.speed_rad_s
+    plant.v, plant.lost = task.speed_rad_s, 0.2
     answers(points._run(motion, task, got, HERE, 0.0), motion, plant)
     assert (got.measurements, got.forgiven) == ([], 1)
     assert got.late > 3
