@@ -48,6 +48,7 @@ def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) ->
         "test": sum(point["use"] == "test" for point in points),
         "measurements": sum(point["count"] for point in points),
         "discarded": sum(point["discarded"] for point in points),
+        "late": sum(point.get("late", 0) for point in points),
         "worst_std_nm": max((point["std_nm"] for point in points), default=None),
         "presliding": asdict(bent) if bent else None,
         # of the last session: each reads the sensor's zero anew
@@ -85,6 +86,11 @@ def tell(dataset: Dataset, summary: dict[str, Any], truth: tuple[Deviation, ...]
     )
     for one in document["skipped"]:
         click.echo(f"left out: {one['why']}")
+    if summary["late"]:
+        click.echo(
+            f"{summary['late']} tries and measurements were repeated because this program's ticks came late "
+            "(rtctl doctor tells what the machine can do about it)"
+        )
     if points:
         seen = any(one["target_rad_s"] == 0 for one in points)
         why = TOO_SHORT if seen else "no break-away was measured"

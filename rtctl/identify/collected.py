@@ -23,7 +23,8 @@ class UnsteadyError(DataError):
 
 
 FORGIVEN = 20
-"""So many tries of a point that a late host spoilt count for nothing; then the machine is too busy for it."""
+"""So many tries of a point that a late host or loop spoilt count for nothing; then the machine is too busy
+for it."""
 
 
 @dataclass
@@ -37,7 +38,9 @@ class Collected:
     in_vain: int = 0
     """Tries since the last one that gave something."""
     forgiven: int = 0
-    """Tries that a late host spoilt."""
+    """Tries that a late host or loop spoilt, and that count for nothing."""
+    late: int = 0
+    """Tries and measurements that were thrown away because host or loop was late."""
     servo: int = 0
     """How many other servos were tried."""
     ramps: list[Ramp] = field(default_factory=list)
@@ -53,7 +56,8 @@ class Collected:
         self.in_vain = 0
 
     def discard(self, *, late: bool = False) -> None:
-        """Count a try that gave nothing; `late`: not because of the joint, as the host was late meanwhile."""
+        """Count a try that gave nothing; `late`: not because of the joint, as host or loop was late."""
+        self.late += late
         if late and self.forgiven < FORGIVEN:
             self.forgiven += 1
             return

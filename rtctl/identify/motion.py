@@ -16,6 +16,7 @@ from rtctl.control.vocabulary import Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.identify.cogging import Cogging
 from rtctl.identify.ended import what_ended
+from rtctl.identify.late_ticks import late_ticks
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
 from rtctl.tick import joined
@@ -74,8 +75,9 @@ class Motion:
     ripple, cogging, presliding_rad
         The gear's ripple, the cogging and the presliding length, as far as they were measured already.
         Cogging is taken off what is seen.
-    late
-        How often a host was later than the planned travel has room for.
+    late, late_ticks
+        How often a host was later than the planned travel has room for; slots that the loop left out, or
+        began late.
     creeps
         A joint that creeps counts as one at rest: there is cogging, or nothing is known of it yet.
     notice
@@ -90,7 +92,7 @@ class Motion:
         self.ripple, self.cogging, self.presliding_rad = Ripple(), Cogging.none(), 0.0
         self.last: Any = None
         self.epoch: int | None = None
-        self.creeps, self._count, self.late = True, 0, 0
+        self.creeps, self._count, self.late, self.late_ticks = True, 0, 0, 0
 
     # -- what is
 
@@ -179,6 +181,7 @@ class Motion:
         rows = yield order
         while len(rows) == 0:  # a host that was quicker than the loop
             rows = yield Order(look_s=order.look_s)
+        self.late_ticks += late_ticks(rows, self.last, self.rig.period_s)
         self.last = rows[-1]
         self.late += len(rows) * self.rig.period_s > order.look_s + SPARE_S
         # the first: a stop since then voids all that is asked for

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from rtctl.identify.collected import FORGIVEN, Collected, UnsteadyError
+from rtctl.identify.late_ticks import LATE_SHARE, ran_late
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.slip import slip
-from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still, stops_and_starts
+from rtctl.identify.tick_readings import is_even, is_steady, measure, stops_and_starts
 from rtctl.identify.ticks import before_the_guard
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
@@ -34,6 +36,10 @@ UNSTEADY = (
 NO_BREAK_AWAY = (
     "the joint does not break away from rest against the ramp: hardly any dry friction, or less than "
     "gravity, a spring, cogging or the zero of the current"
+)
+LATE = (
+    "ticks of the loop, or the host, came late too often while it was measured: leave more of the machine to "
+    "this program (rtctl doctor), or run it elsewhere"
 )
 RIPPLE_PERIODS = 6.0
 RIPPLES_PER_TURN_MIN = 4.0
@@ -101,11 +107,22 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
         seen = np.hstack([seen, rows])
 
 
+def _lateness(motion: Motion) -> Callable[[], bool]:
+    """A function that tells whether host or loop was late since now."""
+    late, ticks, began = motion.late, motion.late_ticks, int(motion.last["tick"])
+
+    def told() -> bool:
+        slots = int(motion.last["tick"]) - began
+        return motion.late > late or motion.late_ticks - ticks > LATE_SHARE * slots
+
+    return told
+
+
 def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One run at one place: move on, become steady, take some measurements while travel is left."""
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
-    # how often the host was late until now: what it spoils from here on is not the joint's doing
-    length_s, late = window_s(motion, speed), motion.late
+    # what a late host or loop spoils from here on is not the joint's doing
+    length_s, was_late, thrown = window_s(motion, speed), _lateness(motion), got.late
     left = settings.measurements - len(got.measurements)
     # so many at a place and then on: all of them at one place would be of that place
     wanted = min(left, per_place(motion))
@@ -114,7 +131,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     run = min(run_up_rad(motion, speed) + wanted * length_s * speed + SPARE_S * jog, travel)
     yield from go_on(motion, direction, spot, run, speed)
     steady = yield from settle(motion, direction * speed)
-    if motion.late > late and got.forgiven < FORGIVEN:
+    if was_late() and got.forgiven < FORGIVEN:
         steady = False  # it ran on beyond the place: even places, and phases of a ripple, are what cancels
     before, share = len(got.measurements), Allowance.of(motion, speed).speed_share
     while (
@@ -125,7 +142,8 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         if np.any(rows["program_flags"][:, rig.axis]):
             break  # a guard ended the run while the host was late: the joint brakes
         # the servo's reference went on meanwhile: the next rows may be steady again
-        if stood_still(rows):
+        if ran_late(rows, rig.period_s):
+            got.late += 1
             continue
         measurement = measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm)
         position, sent = rows["position_rad"][:, rig.axis], rows["torque_applied_nm"][:, rig.axis]
@@ -137,7 +155,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         got.add(motion.cogging.noted(measurement))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over
-        got.discard(late=motion.late > late)
+        got.discard(late=was_late() or got.late > thrown)
         yield from motion.rest()
 
 
@@ -188,7 +206,7 @@ def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
         raise UnsteadyError(
             f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} "
             f"of {motion.settings.measurements} measurements; "
-            f"{UNSTEADY if task.speed_rad_s else NO_BREAK_AWAY}"
+            + (LATE if got.late > FORGIVEN else UNSTEADY if task.speed_rad_s else NO_BREAK_AWAY)
         )
     got.begin_anew()
     stiffer, calmer = SERVOS[got.servo]

@@ -51,6 +51,8 @@ class Point:
     std_nm: float
     count: int
     discarded: int
+    late: int
+    """Tries and measurements thrown away, and repeated, because host or loop was late."""
     acceleration_rms_rad_s2: float
     hand_torque_nm: float
     force_n: tuple[float, float, float]
@@ -207,6 +209,7 @@ def summarise(task: Task, got: Collected, began_s: float, motion: str) -> Point:
         std_nm=float(torque.std(ddof=1)) if len(torque) > 1 else 0.0,
         count=len(torque),
         discarded=got.discarded,
+        late=got.late,
         acceleration_rms_rad_s2=float(np.sqrt(np.mean(acceleration**2))),
         hand_torque_nm=float(column["hand_torque_nm"].mean()),
         force_n=(float(force[0]), float(force[1]), float(force[2])),

@@ -11,10 +11,11 @@ from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import DataError
 from rtctl.friction.presliding import ramp_of
 from rtctl.identify.collected import Collected
+from rtctl.identify.late_ticks import begun_late, left_out, ran_late
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, Motion, Order, Steps
 from rtctl.identify.places import Spot, go_on
-from rtctl.identify.tick_readings import break_away, stood_still
+from rtctl.identify.tick_readings import break_away
 from rtctl.tick import joined
 
 FAST_SHARE = 0.6
@@ -64,18 +65,22 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
             "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))  # from there on the joint is braked
-    found = break_away(
-        rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.inertia_kgm2, rig.radian
-    )
-    if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
+    rows = rows[:ended]
+    found = break_away(rows, rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.inertia_kgm2, rig.radian)
+    # one is enough: it may have been where the joint slipped
+    late = left_out(rows) + begun_late(rows, rig.period_s) > 0
+    if (
+        found is None and not late and ProgramFlag.SLIPPED in flags
+    ):  # it only bent so far: bristles as soft as that
         got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD * rig.radian)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
-        got.discard()
+        got.discard(late=late)
         return
     got.add(motion.cogging.noted(found))
-    if slow and not motion.cogging.matters and not stood_still(rows):  # on a flank bristles are bent already
-        torque = rows["motor_torque_nm"][:ended, rig.axis] - bias_nm
-        position = rows["position_rad"][:ended, rig.axis]
+    # on a flank bristles are bent already
+    if slow and not motion.cogging.matters and not ran_late(rows, rig.period_s):
+        torque = rows["motor_torque_nm"][:, rig.axis] - bias_nm
+        position = rows["position_rad"][:, rig.axis]
         ramp = ramp_of(position, torque, found.torque_nm, rig.count_rad, rig.period_s)
         got.ramps += [ramp] if ramp else []
 

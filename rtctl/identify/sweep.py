@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.points import POINTS_MAX
 from rtctl.identify.cogging import Cogging, cogging_of
+from rtctl.identify.late_ticks import on_every_slot
 from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room
@@ -81,6 +82,7 @@ def _one_way(motion: Motion, direction: int, speed_rad_s: float, *, steady: bool
             yield from motion.rest()
             # what a late host let run on, or into the guard, is no turn at this speed
             ticks = before_the_guard(ticks[: max(count, 0)], motion.rig.axis)
+            ticks = on_every_slot(ticks, motion.rig.axis)
             if len(ticks) * motion.rig.period_s * speed_rad_s > WHOLE_SHARE * reach:
                 return ticks
             if tries == TRIES:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.identify.late_ticks import on_every_slot, ran_late
 from rtctl.identify.ticks import mean_c
 
 BLOCKS = 8
@@ -19,8 +20,6 @@ UNEVEN_SHARE = 0.5  # a joint that jumps from count to count rests in between
 DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8
 MOVING_RAD = 3e-4
-STANDSTILL_SLOTS = 10
-"""So many slots left out at once are a standstill: a loop with a motor stops there (STALLED)."""
 LOOK_BACK_S = 0.01
 """Break-away: this many counts within this time, and this travel, mean that the joint slides.
 
@@ -38,11 +37,6 @@ just comes to rest.
 
 Bristles are a spring beside the inertia, and near their own frequency the true swing is larger: joints of .46
 were .8 % off, of .50 10 %."""
-
-
-def stood_still(rows: np.ndarray) -> bool:
-    """Whether the loop stood still somewhere in these ticks: what the joint did meanwhile is not known."""
-    return bool(np.any(np.diff(rows["tick"]) >= STANDSTILL_SLOTS))
 
 
 def is_steady(
@@ -204,7 +198,7 @@ def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float)
         position_rad=float(np.mean(rows["position_rad"][:, axis])),
         time_s=0.5e-9 * (int(rows["time_ns"][0]) + int(rows["time_ns"][-1])),
         first_tick=int(rows["tick"][0]),
-        ticks=len(rows),
+        ticks=len(np.unique(rows["tick"])),
     )
 
 
@@ -278,8 +272,8 @@ def break_away(
     """Break-away torque of one ramp: the most that friction held before the slide, or the mean over
     `LOOK_BACK_S` about its beginning.
 
-    The last rows are those of the slip. None without one, and when the loop stood still about then."""
-    look_back = max(4, round(LOOK_BACK_S / period_s))
+    The last rows are those of the slip. None without one, and when the loop was late about then."""
+    look_back, rows = max(4, round(LOOK_BACK_S / period_s)), on_every_slot(rows, axis)
     if len(rows) <= 2 * look_back:
         return None
     moving_rad = max(MOVING_COUNTS * count_rad, MOVING_RAD * radian)
@@ -288,13 +282,13 @@ def break_away(
     if seen < 0:
         return None
     began = max(look_back, seen - rows_before_seen(position_rad, seen, look_back))
-    if stood_still(rows[began - look_back : seen + look_back + 1]):
-        return None
     last = rows[began - look_back + 1 : began + 1]
     torque_nm = rows["motor_torque_nm"][:, axis] - bias_nm
     first, half = max(0, began - round(PEAK_MOST_S / period_s)), round(0.5 * PEAK_S / period_s)
+    if ran_late(rows[first : seen + look_back + 1], period_s):
+        return None
     about = slice(first, began - look_back // 2 + half + 1)
     held_nm = peak_nm(position_rad[about], torque_nm[about], period_s, count_rad, inertia_kgm2)
-    if not math.isfinite(held_nm) or stood_still(rows[about]):
+    if not math.isfinite(held_nm):
         held_nm = float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm
     return _measurement(last, axis, held_nm, 0.0, 0.0)
