@@ -38,11 +38,16 @@ def _plain(value: object) -> object:
 def read(file: Path, devices: str, most_bytes: int) -> dict[str, Any]:
     """What was kept, by the name of the axis; nothing from a file that says nothing of these devices, or is
     longer than `most_bytes`."""
+    of, axes = read_whoevers(file, most_bytes)
+    return axes if of == devices else {}
+
+
+def read_whoevers(file: Path, most_bytes: int) -> tuple[object, dict[str, Any]]:
+    """The checksum of the devices that a file is of, and what was kept of each axis; nothing from a file that
+    is damaged or longer than `most_bytes`."""
     try:
         body = json_of(read_bounded(file, most_bytes))
     except (OSError, ValueError):
-        return {}
-    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
-        return {}
-    axes = body.get("axes")
-    return axes if isinstance(axes, dict) else {}
+        return None, {}
+    axes = body.get("axes") if isinstance(body, dict) else None
+    return (body.get("devices_sha256"), axes) if isinstance(axes, dict) else (None, {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import gc
 import importlib
@@ -20,6 +21,7 @@ import click
 # two and a half times as long as one takes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from hw import installed_anew
 from rtctl import __version__
 from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
@@ -94,13 +96,23 @@ def main() -> None:
     if runs := sys.argv[1:2] == ["run"]:
         gc.disable()  # what is imported is no garbage: to look for it takes a tenth of the start (`cli.run`)
     # else a shell script has started this in the background, where Ctrl-C is ignored: it stays so
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _interrupt)
         sys.unraisablehook = _unraisable
-    code = _exit_code()
+    try:
+        code = _settled(_exit_code())
+    except KeyboardInterrupt:  # it came as the command had ended
+        code = _settled(_interrupted())
     if runs:
         _leave_at_once(code)
     sys.exit(code)
+
+
+def _settled(code: int) -> int:
+    """The exit status, which Ctrl-C does not change any more while the interpreter is taken apart."""
+    # ignored: any other handler is given back meanwhile, and the signal ends the process by itself
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    return code
 
 
 _interrupts: list[int] = []
@@ -184,10 +196,15 @@ def _outcome() -> int:
         where = f"{error.filename}: " if error.filename else ""
         report(RtctlError(f"{where}{error.strerror or error}"), as_json="--json" in sys.argv)
         return 1
-    except Exception:  # whatever a library makes of Ctrl-C; anything else goes on as it is
-        if not _interrupts:
+    except Exception as error:  # whatever a library makes of Ctrl-C; anything else goes on as it is
+        if _interrupts:
+            return _interrupted()
+        if not installed_anew():
             raise
-        return _interrupted()
+        # imported from two versions, or from none: the traceback would name lines of either
+        said = f"rtctl was installed anew while it ran: start it again ({type(error).__name__}: {error})"
+        report(RtctlError(said), as_json="--json" in sys.argv)
+        return 1
     return 0
 
 

@@ -1,7 +1,7 @@
-"""What a positioning experiment on a rig keeps on disk as it goes, so that a fault or Ctrl-C costs one case,
-not all.
+"""What a positioning experiment on a rig keeps on disk, so that a fault or Ctrl-C costs one case, not all.
 
-`kept.npz` in the folder of the report, gone once the report is written:
+`kept.npz` in the folder of the report while it goes on, packed as `runs.npz` beside the report once that is
+written; an experiment that is resumed begins with either, and has nothing left to do with the second:
 
 about                       JSON: what the rest belongs to
 model/NAME/...              friction models compared: their record, held-out error (N m) and terms
@@ -12,7 +12,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,7 @@ from rtctl.experiments.models import Compared
 from rtctl.experiments.positioning import Followed
 from rtctl.whole_files import write_together
 
-NAME = "kept.npz"
+NAME, REPORTED = "kept.npz", "runs.npz"
 MOST_BYTES = 1 << 31
 """Largest size of all kept runs, unpacked: those of the longest experiment with every model on the quickest
 loop have .57 of it."""
@@ -65,25 +65,33 @@ class KeptRuns:
         self.path, self._about = folder / NAME, dict(about)
         self.models: list[Compared] = []
         self.runs: Runs = {}
-        if not self.path.exists():
-            return
-        if not resume:
+        there = self.path
+        if not there.exists():
+            there = folder / REPORTED
+            if not (resume and there.exists()):
+                return
+        elif not resume:
             raise ConfigError(
                 f"{self.path}: runs of an earlier start are kept there; give --resume to go on with them, "
                 "or choose another --out"
             )
-        found, self.models, self.runs = _read(self.path)
+        found, self.models, self.runs = _read(there)
         for name, value in self._about.items():
             if found.get(name) != value:  # figures of two rigs, or two sets of points, are no comparison
                 raise DataError(
-                    f"{self.path}: was measured with another {name} ({found.get(name)}); go back to that, "
+                    f"{there}: was measured with another {name} ({found.get(name)}); go back to that, "
                     "or choose another --out"
                 )
 
     def add(self, runs: Runs) -> None:
         """Keep the models and more runs, at once on disk. Raises DataError when they cannot be written."""
-        # all of them again: an npz cannot be added to without a moment in which it is broken
         self.runs |= runs
+        # all of them again: an npz cannot be added to without a moment in which it is broken
+        # at once: a fault costs one session
+        write_together(self.path.parent, {NAME: self.packed()})
+
+    def packed(self, *, small: bool = False) -> bytes:
+        """The file; `small`: compressed, which takes longer than a rig should wait between sessions."""
         arrays = {_ABOUT: np.frombuffer(json.dumps(self._about).encode(), np.uint8)}
         for one in self.models:
             # JSON has no NaN
@@ -95,23 +103,14 @@ class KeptRuns:
             arrays[f"{name}/reference"] = run.reference
             arrays[f"{name}/position_rad"], arrays[f"{name}/torque_nm"] = run.position_rad, run.torque_nm
         packed = io.BytesIO()
-        np.savez(packed, allow_pickle=False, **arrays)
-        write_together(self.path.parent, {NAME: packed.getvalue()})  # after each session: a fault costs one
+        (np.savez_compressed if small else np.savez)(packed, allow_pickle=False, **arrays)
+        return packed.getvalue()
 
     def remove(self) -> None:
         """Take it away: the report has the runs now."""
         # the report is on disk: a file too many is no reason to fail
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
-
-
-def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
-    """What is kept beside the report: reference, angle (rad) and torque (N m) of every run, by name."""
-    for key, one in runs.items():
-        name = "/".join(key)
-        yield f"{name}/reference_rad", one.reference[:, 0]
-        yield f"{name}/position_rad", one.position_rad
-        yield f"{name}/torque_nm", one.torque_nm
 
 
 def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:

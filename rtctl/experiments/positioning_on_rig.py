@@ -6,7 +6,6 @@ measured before an error or Ctrl-C is kept (`kept_runs`): a person starts it aga
 
 from __future__ import annotations
 
-import io
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -228,18 +227,17 @@ def reported(order: Order, experiment: Experiment) -> Outcome:
     if not kept.models:
         kept.models = models.compared(order)  # else those of the start before, whatever changed
     compared = kept.models
+    if order.resume and kept.runs.keys() >= set(keys_of(cases, compared)):
+        order.announce("nothing is left to do: every run is kept, and reported again")
     found = run_all(order, cases, experiment.judge, kept)
     runs = {key: kept.runs[key] for key in keys_of(cases, compared)}
     made = experiment.page(
         order, cases, compared, found, lambda controller, case, model: runs[controller, case.name, model.name]
     )
-    packed = io.BytesIO()
-    np.savez_compressed(packed, allow_pickle=False, **dict(kept_runs.columns(runs)))
     title = f"{made.title} on rig {order.loaded.config.rig.name}"
     said = "Measured on the loop of the rig, each case once: angle from its encoder, torque as sent. "
-    return replace(
-        made, title=title, key=said + made.key, files={"runs.npz": packed.getvalue()}, written=kept.remove
-    )
+    files = {kept_runs.REPORTED: kept.packed(small=True)}
+    return replace(made, title=title, key=said + made.key, files=files, written=kept.remove)
 
 
 def belonging(order: Order, name: str) -> dict[str, str]:

@@ -296,7 +296,11 @@ class Host:
     def _wait_for(self, ready: Callable[[], bool]) -> None:
         """Wait for what is being compiled or opened, telling a person when it takes long."""
         before, since_s = None, 0.0
-        while not ready():
+        while True:
+            # first: what a part of another version says, or dies of, is told as what it is
+            require_one_version()
+            if ready():
+                return
             if not self.loop.poll():
                 self.loop.raise_if_failed()
             waited = time.monotonic() - self.began

@@ -1,5 +1,6 @@
 """Point-to-point by the law's own program, on the real loop."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
-from rtctl.experiments import point_to_point
+from rtctl.experiments import point_to_point, positioning_on_rig
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -30,3 +31,8 @@ def test_the_command_runs_it_on_the_real_loop(tmp_path, monkeypatch):
         without = runs["PD/step 100 mrad/none/position_rad"][-1]
         with_it = runs["PD/step 100 mrad/epsilon-SVR, spline/position_rad"][-1]
     assert abs(with_it - 0.1) < 0.2 * abs(without - 0.1)
+    monkeypatch.setattr(positioning_on_rig, "Host", None)  # not to be entered
+    again = CliRunner().invoke(cli, [*arguments, "--resume"], catch_exceptions=False)
+    assert again.exit_code == 0, again.output
+    assert "nothing is left to do" in again.stderr
+    assert json.loads(again.stdout)["experiments"] == json.loads(done.stdout)["experiments"]

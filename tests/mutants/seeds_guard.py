@@ -62,7 +62,7 @@ SEEDS = (
     ),
     Seed(
         "the first tare after a start knows no zero before it", ZERO,
-        "self._take_up(state_file.read(", "_ = (state_file.read(",
+        "self._take_up(kept)", "pass",
         (f"{UNIT}::test_a_hand_that_pulls_at_start_up_is_told_by_the_zero_of_before",),
     ),
     Seed(

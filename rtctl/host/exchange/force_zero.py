@@ -69,12 +69,17 @@ class ForceZero:
         self._dates = [""] * rig.n_axes
         self._zero, self._screw = np.zeros((2, rig.n_axes, 6))
         self._by_word = 0
+        self._others = False  # the accepted zero is one of other devices, or of other options
         self._seen, self._lost = 0, False
         self._taring = bool((self._ticks > 0).any())
         self._news = self._written = 0  # zeros that were accepted here; the one on the disk
         self._offered = 0, 0  # which one was given to be written, and when
         if folder is not None:
-            self._take_up(state_file.read(folder / NAME, rig.devices_sha256, MOST_BYTES))
+            # of other devices too: a new sensor, or the same one mounted anew, is what a hand is taken for,
+            # and the other way round
+            devices, kept = state_file.read_whoevers(folder / NAME, MOST_BYTES)
+            self._others = devices != rig.devices_sha256
+            self._take_up(kept)
 
     def _take_up(self, kept: dict[str, Any]) -> None:
         for a, axis in enumerate(self._rig.axes):
@@ -106,6 +111,7 @@ class ForceZero:
             first = np.isnan(self._vouched).any(axis=1)
             self._vouched[first | said] = self._zero[first | said]
             self._accepted, self._dates = self._zero.copy(), [date] * self._rig.n_axes
+            self._others = False
             # counted, not a flag: while one is written another may be accepted
             self._news += 1
 
@@ -201,7 +207,8 @@ class ForceZero:
         """When the accepted zero of an axis was taken: the wall clock may have been set since."""
         age_h = (self._wall_ns() * 1e-9 - datetime.fromisoformat(self._dates[a]).timestamp()) / 3600.0
         age = f"{age_h / 24.0:.1f} days" if age_h >= 48.0 else f"{age_h:.1f} hours"
-        return f"on {self._dates[a]}" + (f", {age} ago" if age_h >= 0.0 else "")
+        told = f"on {self._dates[a]}" + (f", {age} ago" if age_h >= 0.0 else "")
+        return told + (" with other devices, options or loop rate" if self._others else "")
 
 
 def _read(kept: object) -> tuple[list[float] | None, str]:

@@ -97,7 +97,14 @@ def test_a_mistake_in_rtctl_keeps_its_traceback(ended):
         ended(raising(ZeroDivisionError()))
 
 
-@pytest.mark.parametrize(("ignored", "code"), [(False, -signal.SIGINT), (True, 1)])
+def test_a_program_whose_files_were_replaced_says_so(ended, monkeypatch):
+    monkeypatch.setattr(rtctl.cli, "installed_anew", lambda: True)
+    code, _, err = ended(raising(ModuleNotFoundError("No module named 'rtctl.new'")))
+    assert code == 1
+    assert "rtctl was installed anew while it ran: start it again (ModuleNotFoundError: No module" in err
+
+
+@pytest.mark.parametrize(("ignored", "code"), [(False, 130), (True, 1)])
 def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, ignored, code):
     (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
     done = subprocess.run(
@@ -256,3 +263,27 @@ def test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again(monkeypatch,
         raised = True
     assert (raised, again) == (heard, [] if heard else [True])
     assert rtctl.cli._interrupts == [signal.SIGINT]
+
+
+CTRL_C_AT = {
+    "its first line": (
+        "import rtctl.cli\nrtctl.cli.open_standard_streams = lambda: signal.raise_signal(signal.SIGINT)\n",
+        130,
+    ),
+    # LIFO: the program's own comes first
+    "its last one": (
+        "import atexit\natexit.register(lambda: print(int(signal.getsignal(signal.SIGINT))))\n",
+        0,
+    ),
+}
+
+
+@pytest.mark.parametrize("at", CTRL_C_AT)
+def test_ctrl_c_never_ends_it_by_the_signal_itself(at):
+    text, code = CTRL_C_AT[at]
+    child = f"import signal, sys\n{text}from rtctl.__main__ import main\nmain()"
+    done = subprocess.run(
+        [sys.executable, "-c", child, "--version"], capture_output=True, text=True, check=False, cwd=ROOT
+    )
+    assert done.returncode == code, done.stderr
+    assert code or done.stdout.splitlines()[-1] == str(int(signal.SIG_IGN))

@@ -82,6 +82,17 @@ def test_what_is_reported_is_not_kept(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_what_was_reported_is_where_a_start_with_resume_begins_and_another_one_does_not(tmp_path):
+    (tmp_path / kept_runs.REPORTED).write_bytes(kept(tmp_path).packed(small=True))
+    (tmp_path / kept_runs.NAME).unlink()
+    again = KeptRuns(tmp_path, ABOUT, resume=True)
+    assert again.runs[KEY].reference.tolist() == followed(4).reference.tolist()
+    assert again.models[1].record.tobytes() == MODELS[1].record.tobytes()
+    with pytest.raises(DataError, match=r"runs\.npz: was measured with another rig file"):
+        KeptRuns(tmp_path, {**ABOUT, "rig file (sha256)": "other"}, resume=True)
+    assert KeptRuns(tmp_path, ABOUT, resume=False).runs == {}
+
+
 def test_what_the_longest_experiment_keeps_on_the_quickest_loop_can_be_read_again():
     quickest_hz = next(one.le for one in LoopTable.model_fields["rate_hz"].metadata if hasattr(one, "le"))
     loaded = load(CONFIGS / "mock.toml")

@@ -94,6 +94,22 @@ def test_a_hand_that_pulls_at_start_up_is_told_by_the_zero_of_before(rig, tmp_pa
     assert then.refusal() == ""
 
 
+def test_a_zero_of_other_devices_judges_too_and_is_said_to_be_one(rig, tmp_path):
+    first = ForceZero(replace(rig, devices_sha256="those"), tmp_path, lambda: NOW_NS)
+    first.follow(law(3.0))
+    kept(first)
+    then = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    then.follow(law(9.0))
+    assert "0.0 hours ago with other devices, options or loop rate; further apart than" in then.refusal()
+    assert not kept(then)
+    then.accept_next(1)
+    then.follow(law(9.0, seen=1))
+    assert then.refusal() == ""
+    assert kept(then)
+    then.follow(law(3.0, seen=2))
+    assert "0.0 hours ago; further" in then.refusal(), "from here on it is one of these devices"
+
+
 def steps(zero, forces_n):
     """The forces at which it is tared, up to the first that is refused, and why."""
     for n, force_n in enumerate(forces_n):
@@ -173,7 +189,6 @@ def test_a_hand_that_has_let_go_is_seen_by_the_zero_of_before(rig):
     "spoil",
     [
         lambda text: text[:30],
-        lambda text: text.replace("these", "those"),
         lambda text: text.replace("6.0", "1e400"),
         lambda text: text.replace("6.0", "NaN"),
         lambda text: text.replace("6.0", "true"),
@@ -185,7 +200,7 @@ def test_a_hand_that_has_let_go_is_seen_by_the_zero_of_before(rig):
         ),
     ],
 )
-def test_a_file_that_is_damaged_or_of_another_rig_says_nothing(rig, tmp_path, spoil):
+def test_a_file_that_is_damaged_or_of_other_axes_says_nothing(rig, tmp_path, spoil):
     first = ForceZero(rig, tmp_path, lambda: NOW_NS)
     first.follow(law(6.0))
     kept(first)

@@ -1,0 +1,60 @@
+"""Seeded bugs of failures of the system that nobody had tried: a zero of other devices, an upgrade at any
+moment, what is asked for again."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+ZERO = "tests/unit/host/test_force_zero.py::test_a_zero_of_other_devices_judges_too_and_is_said_to_be_one"
+CTRL_C = "tests/unit/cli/test_last_words.py::test_ctrl_c_never_ends_it_by_the_signal_itself"
+FILE = "rtctl/host/exchange/force_zero.py"
+
+SEEDS = (
+    Seed(
+        "a zero of other devices says nothing, and the first one passes unjudged",
+        FILE,
+        "self._take_up(kept)\n",
+        "self._take_up({} if self._others else kept)\n",
+        (ZERO,),
+    ),
+    Seed(
+        "a zero that was accepted stays one of other devices",
+        FILE,
+        "            self._others = False\n",
+        "",
+        (ZERO,),
+    ),
+    Seed(
+        "an experiment that is resumed does not know what was reported",
+        "rtctl/experiments/kept_runs.py",
+        "if not (resume and there.exists()):",
+        "if True:",
+        (
+            "tests/unit/experiments/test_kept_runs.py::"
+            "test_what_was_reported_is_where_a_start_with_resume_begins_and_another_one_does_not",
+        ),
+    ),
+    Seed(
+        "Ctrl-C while the program is imported ends it by the signal",
+        "rtctl/__main__.py",
+        "lambda *_: os._exit(128 + signal.SIGINT)",
+        "signal.SIG_DFL",
+        (
+            "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
+        ),
+    ),
+    Seed(
+        "Ctrl-C while the interpreter is taken apart ends it by the signal",
+        "rtctl/cli/__init__.py",
+        "    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)\n",
+        "",
+        (CTRL_C,),
+    ),
+    Seed(
+        "a program whose files were replaced while it was imported shows a traceback",
+        "rtctl/cli/__init__.py",
+        "if not installed_anew():",
+        "if True:",
+        ("tests/unit/cli/test_last_words.py::test_a_program_whose_files_were_replaced_says_so",),
+    ),
+)
