@@ -176,11 +176,7 @@ def _outcome() -> int:
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except click.ClickException as error:
-        if "--json" in sys.argv:
-            body = {"error": type(error).__name__, "message": error.format_message()}
-            click.echo(json_text({**body, "exit_code": error.exit_code}))
-        else:
-            error.show()
+        _show(error)
         return error.exit_code
     except SystemExit as stop:
         # as Python itself: None is 0, a text is 1
@@ -206,6 +202,14 @@ def _outcome() -> int:
         report(RtctlError(said), as_json="--json" in sys.argv)
         return 1
     return 0
+
+
+def _show(error: click.ClickException) -> None:
+    if "--json" in sys.argv:
+        body = {"error": type(error).__name__, "message": error.format_message()}
+        click.echo(json_text({**body, "exit_code": error.exit_code}))
+    else:
+        error.show()
 
 
 def _interrupted() -> int:
