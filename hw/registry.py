@@ -229,8 +229,7 @@ def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
 
 
 def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
-    """What such a device declares of the way of a force; None where it does not know. Raises as `timing`
-    does."""
+    """What such a device declares of the way of a force; None where not known. Raises as `timing` does."""
     target = lookup(kind).force
     found = None if target is None else _asked(target, lambda ask: cast("object", ask(options, rig)))
     if found is not None and not _sound(found, ForceSensor):
@@ -248,10 +247,8 @@ def shown(kind: str, options: Options, rig: Rig) -> Shown:
 
 
 def _shown(found: Shown, n_axes: int) -> bool:
-    rows = found.step_rad, found.current_step_a
-    single = [value for value in astuple(found) if not isinstance(value, tuple)]
-    whole = all(len(row) in (0, n_axes) for row in rows)
-    return whole and all(_number(value) for value in (*rows[0], *rows[1], *single))
+    rows = [value if isinstance(value, tuple) else (value,) * n_axes for value in astuple(found)]
+    return all(len(row) in (0, n_axes) and all(map(_number, row)) for row in rows)
 
 
 def _rows(target: str, sort: type[T], options: Options, rig: Rig) -> list[T]:
@@ -298,7 +295,6 @@ def examine(kind: str, options: Options) -> Sequence[Finding]:
 
 
 def create(kind: str, options: Options, rig: Rig) -> Backend:
-    """Make the backend `kind`. `options` are validated ones. Does not open the device.
-
-    Raises BackendError for one that cannot be made, whatever its code raises."""
+    """Make the backend `kind`, of validated `options`. Does not open the device. Raises BackendError for one
+    that cannot be made, whatever its code raises."""
     return _asked(lookup(kind).factory, lambda make: cast("Backend", make(options, rig)), " cannot be made")

@@ -170,14 +170,14 @@ SEEDS = (
     Seed(
         "a mistake in rtctl is an interrupt",
         "rtctl/cli/__init__.py",
-        "        if not _interrupts:\n            raise\n",
-        "",
+        "        if _interrupts:\n            return _interrupted()\n",
+        "        return _interrupted()\n",
         ("tests/unit/cli/test_last_words.py::test_a_mistake_in_rtctl_keeps_its_traceback",),
     ),
     Seed(
         "an early Ctrl-C is a traceback",
         "rtctl/__main__.py",
-        "        signal.signal(signal.SIGINT, signal.SIG_DFL)",
+        "        signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))",
         "        pass",
         (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
@@ -186,7 +186,7 @@ SEEDS = (
     Seed(
         "an early Ctrl-C ends who was told to ignore it",
         "rtctl/__main__.py",
-        "    if heard is signal.default_int_handler:  # else",
+        "    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else",
         "    if True:  # else",
         (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
