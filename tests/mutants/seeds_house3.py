@@ -60,4 +60,11 @@ SEEDS = (
         "return wide if 0 > sum(",
         ("tests/unit/friction/test_presliding_in_logs.py",),
     ),
+    Seed(
+        "drives are stopped one by one, as they are learned",
+        "hw/can/drive_backend.py",
+        "            self._stop(bus)\n        for drive in self.drives:",
+        "        for drive in self.drives:",
+        ("tests/unit/hw/test_can_axes.py",),
+    ),
 )
