@@ -67,4 +67,11 @@ SEEDS = (
         "        for drive in self.drives:",
         ("tests/unit/hw/test_can_axes.py",),
     ),
+    Seed(
+        "the zero of one log is taken off another, and holds its joint",
+        "rtctl/friction/logs/held_still.py",
+        "np.abs(torque_nm - zeros[signals.log])",
+        "np.abs(torque_nm - float(np.median(left)))",
+        ("tests/unit/friction/test_second_logs.py",),
+    ),
 )
