@@ -74,4 +74,11 @@ SEEDS = (
         "np.abs(torque_nm - float(np.median(left)))",
         ("tests/unit/friction/test_second_logs.py",),
     ),
+    Seed(
+        "the contract asks no package for its joint",
+        "rtctl/backend_contract/checks.py",
+        "(registry.timing, registry.joint, registry.force_sensor)",
+        "(registry.timing, registry.force_sensor)",
+        ("tests/contract/test_contract_plugin.py",),
+    ),
 )
