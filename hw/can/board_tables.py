@@ -81,6 +81,7 @@ class ReceivedField(BitsOptions):
         _unit_of(self.channel, self.unit)
         if self.wrap_at is not None and (self.wrap or self.channel != "position"):
             raise ValueError(f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap")
+        # a float has no end of its range to start over at
         if self.wrap and (self.channel != "position" or self.type == "float"):
             raise ValueError("wrap is for a position of type uint or int")
         return self
@@ -104,6 +105,7 @@ class SentField(BitsOptions):
         if self.channel == "counter" and (self.type, self.scale, self.offset) != ("uint", 1.0, 0.0):
             msg = "counter: type uint, scale 1 and offset 0: it counts from 0 to the end of its bits"
             raise ValueError(msg)
+        # `to_raw` divides by the scale, and knows no other floats
         if not self.scale or (self.type == "float" and self.bits not in (32, 64)):
             return self  # refused with the frame, whose length is known
         field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
