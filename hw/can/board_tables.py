@@ -114,6 +114,13 @@ class SentField(BitsOptions):
                 f"enable: {self.bits} bits of type {self.type} with this scale and offset say the same for "
                 "on and off; one bit is of type uint"
             )
+        sent = self.scale * to_raw(field, self.value) + self.offset
+        # encoding saturates: 300 in 8 bits would be 255 on the wire, and no word of it
+        if self.channel == "constant" and abs(sent - self.value) > 0.51 * abs(self.scale):
+            raise ValueError(
+                f"constant: {self.bits} bits of type {self.type} with this scale and offset cannot say "
+                f"{self.value:g}, only {sent:g}"
+            )
         if self.channel in ("current_command", "torque"):
             least = self.scale * to_raw(field, 0.0) + self.offset
             # no raw number may be 0 exactly (a range that is offset by half a step): one step off is near
