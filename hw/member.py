@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hw.interface import (
-    Options,
-)
+from hw.interface import Options
 
 
 @dataclass(frozen=True)

@@ -15,18 +15,7 @@ from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Field, Unwrap, deco
 from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
 from hw.can.silence import Silence
-from hw.can.steady_records import (
-    CHOOSES,
-    ENDLESS,
-    ESTOP,
-    FAULT,
-    LEAVES,
-    NEVER,
-    NOWHERE,
-    ROUND,
-    Frame,
-    Number,
-)
+from hw.can.steady_records import CHOOSES, ENDLESS, ESTOP, FAULT, LEAVES, NEVER, NOWHERE, ROUND, Frame, Number
 from hw.encoder import Modulo
 from hw.interface import Options, Rig
 

@@ -81,6 +81,7 @@ class ReceivedField(BitsOptions):
         _unit_of(self.channel, self.unit)
         if self.wrap_at is not None and (self.wrap or self.channel != "position"):
             raise ValueError(f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap")
+        # a float has no end of its range to start over at
         if self.wrap and (self.channel != "position" or self.type == "float"):
             raise ValueError("wrap is for a position of type uint or int")
         return self
@@ -104,6 +105,7 @@ class SentField(BitsOptions):
         if self.channel == "counter" and (self.type, self.scale, self.offset) != ("uint", 1.0, 0.0):
             msg = "counter: type uint, scale 1 and offset 0: it counts from 0 to the end of its bits"
             raise ValueError(msg)
+        # `to_raw` divides by the scale, and knows no other floats
         if not self.scale or (self.type == "float" and self.bits not in (32, 64)):
             return self  # refused with the frame, whose length is known
         field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
@@ -111,6 +113,13 @@ class SentField(BitsOptions):
             raise ValueError(
                 f"enable: {self.bits} bits of type {self.type} with this scale and offset say the same for "
                 "on and off; one bit is of type uint"
+            )
+        sent = self.scale * to_raw(field, self.value) + self.offset
+        # encoding saturates: 300 in 8 bits would be 255 on the wire, and no word of it
+        if self.channel == "constant" and abs(sent - self.value) > 0.51 * abs(self.scale):
+            raise ValueError(
+                f"constant: {self.bits} bits of type {self.type} with this scale and offset cannot say "
+                f"{self.value:g}, only {sent:g}"
             )
         if self.channel in ("current_command", "torque"):
             least = self.scale * to_raw(field, 0.0) + self.offset

@@ -66,6 +66,8 @@ class DriveBackend(CanBackend):
 
     kind: type[Any]
     name = ""
+    stops_unset = True
+    """Whether a drive obeys a stop before it is set up."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)
@@ -91,6 +93,11 @@ class DriveBackend(CanBackend):
         everything: dict[int, Handler] = {}
         for drive in self.drives:
             everything |= drive.handlers()
+        # all before the first is set up: one may be driven still, as somebody left it, and to learn those
+        # before it takes a second each
+        if self.stops_unset:
+            self._make_frames(bus)
+            self._stop(bus)
         for drive in self.drives:
             bus.subscribe(everything)  # each time: the set-up of a CiA 402 drive hears that one alone
             drive.set_up(bus)
@@ -169,6 +176,7 @@ class Cia402Backend(DriveBackend):
     """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
 
     kind, name = Cia402Axis, "cia402"
+    stops_unset = False  # it may take our RPDO for another object: by SDO its power stage goes off first
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         everything = super()._set_up(bus)

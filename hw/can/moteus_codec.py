@@ -26,7 +26,8 @@ motor's, 00A, needs a thermistor and a setting of the drive) f32; fault int8."""
 
 # write: 01 = one int8, 0C = float, its count in the byte behind
 COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
-"""Mode, then eight floats from register 0x20."""
+"""Mode, then eight floats from register 0x20: position, velocity, feed-forward torque, scales of kp and kd,
+greatest torque, stop position, watchdog time-out."""
 COMMAND_FLOATS = struct.Struct("<8f")
 
 TORQUE_AT = len(COMMAND) + 8
@@ -34,6 +35,7 @@ TORQUE_AT = len(COMMAND) + 8
 
 STOP = bytes([0x01, 0x00, STOPPED])
 
+# by the two bits of type in a subframe's head: int8, int16, int32, float
 _SIZES = {0: 1, 1: 2, 2: 4, 3: 4}
 _CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
 

@@ -13,15 +13,7 @@ from hw.can.armed import UNBOUNDED, Armed
 from hw.can.bus import Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer, Field, byte_field
 from hw.can.names import ODRIVE_STATES, named
-from hw.can.odrive_codec import (
-    CLOSED_LOOP,
-    IDLE,
-    PAIR,
-    can_id,
-    decode_heartbeat,
-    decode_pair,
-    error_names,
-)
+from hw.can.odrive_codec import CLOSED_LOOP, IDLE, PAIR, can_id, decode_heartbeat, decode_pair, error_names
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
 from hw.can.odrive_firmware import NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.odrive_frames import OdriveFrames

@@ -19,6 +19,7 @@ class OdriveFrames:
         self.torque = _frame(codec.SET_INPUT_TORQUE, 4)
         self._state = _frame(codec.SET_AXIS_STATE, 4)
         self.mode = _frame(codec.SET_CONTROLLER_MODE, 8)
+        # sent at each arming: another program may have left another mode
         TWO_WORDS.pack_into(self.mode.buffer, self.mode.offset, codec.TORQUE_CONTROL, codec.PASS_THROUGH)
         # its one byte, 0: the drive need not blink to be found
         self.clear = _frame(codec.CLEAR_ERRORS, 1)

@@ -83,10 +83,7 @@ def layout_of(table: Options) -> np.ndarray:
     row["n_sync"] = len(table["sync"])
     row["checksum"], row["checksum_size"] = KINDS[table["checksum"]], SIZE[table["checksum"]]
     row["checksum_big"] = (table["checksum_endian"] or table["endian"]) == "big"
-    row["checksum_at"], row["checksum_from"] = (
-        end - SIZE[table["checksum"]],
-        table["checksum_from"],
-    )
+    row["checksum_at"], row["checksum_from"] = (end - SIZE[table["checksum"]], table["checksum_from"])
     row["n_tail"] = len(tail)
     # tail and sync before constants: the options have seen to it that no constant is in their place
     row["template"][end : table["length"]] = tail

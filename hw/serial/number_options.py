@@ -40,6 +40,7 @@ SWITCHES = ("estop", "fault", "enabled", "enable")
 class NumberOptions(Table):
     """One number that a board sends or is sent."""
 
+    # of the class: a line has a counter that starts over as well, a frame counts in its own width
     start_over: ClassVar[tuple[str, ...]] = ("position",)
     """Channels that may have a `wrap_at`."""
 
@@ -47,6 +48,7 @@ class NumberOptions(Table):
     component: int = number(0, 2, "force, moment: 0 x, 1 y, 2 z", 0)
     unit: Unit = Field("", description="what one step of the scale is")
     scale: float = number(-1e9, 1e9, "units per wire step; negative turns the sign", 1.0)
+    # taken off before the scale: it is what a converter gives for nothing, in its own steps
     zero: float = number(-1e12, 1e12, "number on the wire that means 0", 0.0)
     wrap_at: float | None = Field(
         None,

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hw.option_tables import Table, number
 from hw.outside import whole
@@ -55,6 +49,7 @@ class PortOptions(Table):
 class AskedOptions(PortOptions):
     """A board that may want to be started, asked in every cycle, and told to stop."""
 
+    # each until it is heard: a board that boots drops what it is sent meanwhile
     start: Annotated[tuple[Bytes, ...], Field(strict=False)] = Field(
         (), max_length=16, description="sent when opening, each by itself, until the board is heard"
     )
@@ -72,6 +67,7 @@ class AxisOptions(Table):
     position_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: counts fall as the joint angle rises"
     )
+    # behind the sign: the angle is sign * counts + offset, whichever way the counts go
     position_offset_rad: float = number(-1e3, 1e3, "joint angle at count 0", 0.0)
     motor_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: a positive current (or torque) of the board drives the joint to smaller angles"

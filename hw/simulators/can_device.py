@@ -30,17 +30,7 @@ if TYPE_CHECKING:
 
 TORQUE_CONSTANT_NM_A = 0.0134
 STEP_S = 5e-4
-KINDS = (
-    "odrive",
-    "odrive-request",
-    "odrive-0.5",
-    "moteus",
-    "cia402",
-    "can",
-    "mit",
-    "vesc",
-    "optoforce",
-)
+KINDS = ("odrive", "odrive-request", "odrive-0.5", "moteus", "cia402", "can", "mit", "vesc", "optoforce")
 
 
 def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -> list[SimDrive]:

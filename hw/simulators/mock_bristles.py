@@ -33,6 +33,7 @@ right to 3e-14."""
 @compiled
 def direction_scale(v: float, p: np.record, axis: int) -> float:
     """Scale of the whole static curve in the direction of `v`."""
+    # rest counts as forwards: a joint that stands needs one scale, not the mean of two
     return float(p.friction_scale_positive[axis] if v >= 0.0 else p.friction_scale_negative[axis])
 
 
@@ -120,6 +121,7 @@ def plastic_share(z: float, v: float, z_ss: float, elastic_share: float) -> floa
         return 0.0
     if abs(z) >= z_ss:
         return 1.0
+    # half a sine, whose slope is 0 at both ends: a kink in alpha would be one in the friction (Dupont et al.)
     return 0.5 * math.sin(math.pi * (abs(z) - 0.5 * (z_ss + z_ba)) / (z_ss - z_ba)) + 0.5
 
 
@@ -200,6 +202,7 @@ def coupled_step(
     g = dry_friction(v_mid, x + ahead * v, p, axis)
     s0, s1 = p.bristle_stiffness_nm_rad[axis], p.bristle_damping_nms_rad[axis]
     b = viscous(v_mid, p, axis) * direction_scale(v_mid, p, axis)
+    # g is above 0 everywhere: the options bound coulomb_nm from below and all waves by .9 of it
     slope = plastic_share(z, v_mid, g / s0, p.elastic_share[axis]) * s0 / g
     keep, gain, mean_keep, mean_gain = bristle_gains(slope, v_mid, h, rate)
     # 0 for the middle, 1 for the end: how much of the spring is that of the end of the step
@@ -220,6 +223,7 @@ def coupled_step(
     # at the end of the step: dz/dt under constant w, and the change to v' as far as the bristle still
     # stretches
     slip = slope * abs(v_mid) * z
+    # by how much the bristle follows a change of the velocity: 1 unbent, 0 where it slides
     stretch = 1.0 - math.copysign(slope, v_mid) * z
     z_rate = keep * (w - slip + (v_new - w) * stretch)
     return v_new, z_new, w, s0 * z_new + s1 * z_rate + b * v_new

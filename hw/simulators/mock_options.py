@@ -81,6 +81,7 @@ class AxisOptions(Table):
     """[[device.options.axis]]: motor, gear and sensors of one joint; gearing comes from the rig."""
 
     inertia_kgm2: float = number(1e-9, 1e3, "true inertia at the link", 0.012)
+    # not 1: the rig file believes in a torque constant that the motor does not have
     torque_scale: float = number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
     torque_delay_ticks: int = number(0, 16, "whole periods until a current acts", 0)
     current_max_a: float = number(1e-3, 1e4, "saturation of the amplifier", 20.0)
@@ -134,6 +135,7 @@ class HandOptions(Table):
     stiffness_nm_rad: float = number(0, 1e4, "k_h: of the hand, to where it wants to be", 5.0)
     damping_nms_rad: float = number(0, 1e3, "b_h: of the hand", 0.1)
     inertia_kgm2: float = number(0, 1e2, "of the hand, on its side of the force sensor", 0.0)
+    # a pull in the first second would be tared away, or taken for a fault of the test pulse
     start_s: float = number(0, 1e9, "rest until then (tare, arming)", 1.0)
     center_rad: float = number(-1e3, 1e3, "middle of the motion; push: start", 0.0)
     amplitude_rad: float = number(-100, 100, "sine, triangle: amplitude; push: depth, signed", 0.3)
@@ -188,6 +190,7 @@ class ForceOptions(Table):
     noise_n: float = number(0, 100, "standard deviation", 0.0)
     bias_n: Vector = Field(default=(0.0, 0.0, 0.0), description="bias of each sensor axis")
     drift_n_sqrt_s: float = number(0, 10, "random walk: standard deviation after one second", 0.0)
+    # one matrix for what leaks between the axes and for a sensor that is mounted turned
     crosstalk: Matrix = Field(
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="measured = crosstalk . true force",
@@ -217,6 +220,7 @@ class MockOptions(Table):
 
     seed: int = number(0, 2**63 - 1, "of all noise; same seed, same run, bit for bit", 1)
     substeps: int = number(0, 1000, "plant steps per period; 0: as many as 100 us need", 0)
+    # as boards have it: a host that dies leaves no torque behind (docs/safety.md)
     time_to_live_ticks: int = number(1, 50, "a current is held this long without a new one", 10)
     temperature_c: float = number(-40, 200, "shown by the motor's sensor", 25.0)
     estop_from_s: float = number(0, 1e9, "emergency stop pressed from here", 0.0)

@@ -49,12 +49,7 @@ def read_rig(path: Path | None, rate_hz: float | None) -> tuple[Rig, dict[str, A
 def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
     """The fields of a tick that the plant reads and writes."""
     return np.dtype(
-        [
-            ("tick", "<i8"),
-            ("enabled", "<i8"),
-            ("current_command_a", "<f8", (n_axes,)),
-            *device_fields(n_axes),
-        ]
+        [("tick", "<i8"), ("enabled", "<i8"), ("current_command_a", "<f8", (n_axes,)), *device_fields(n_axes)]
     )
 
 

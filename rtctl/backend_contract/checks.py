@@ -117,10 +117,9 @@ class Contract(Units):
     def test_the_loop_process_gets_it_without_what_only_the_host_loads(self, case: Case) -> None:
         assert _loaded_too(registry.lookup(case.kind).factory.partition(":")[0]) == ""
 
-    def test_what_it_declares_of_its_delay_and_to_the_doctor_has_the_right_form(
-        self, subject: Subject
-    ) -> None:
-        registry.timing(subject.case.kind, subject.options, subject.rig)
+    def test_what_it_declares_to_check_and_doctor_has_the_right_form(self, subject: Subject) -> None:
+        for declared in (registry.timing, registry.joint, registry.force_sensor):
+            declared(subject.case.kind, subject.options, subject.rig)
         assert all(isinstance(one, Finding) for one in registry.examine(subject.case.kind, subject.options))
 
     def test_a_kind_that_opens_sockets_of_the_network_says_so(

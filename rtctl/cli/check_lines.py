@@ -57,11 +57,7 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     lines = [
         ("coupling stiffness k_c", f"{axis.stiffness_nm_rad:.4g} N m/rad", ""),
         ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", between_text(axis)),
-        (
-            "guaranteed device damping b",
-            f"{axis.device_damping_nms_rad:.4g} N m s/rad",
-            _source(axis),
-        ),
+        ("guaranteed device damping b", f"{axis.device_damping_nms_rad:.4g} N m s/rad", _source(axis)),
         (
             "sampled-data margin",
             f"{exact:+.4g} N m s/rad",
@@ -160,11 +156,7 @@ def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
             "whatever the feed-forward's sign errors (a force gate excludes most)",
         ),
         ("  capped below dry friction", f"{capped:+.4g} N m", ""),
-        (
-            "least local damping",
-            f"{local:+.4g} N m s/rad",
-            "below 0 stick-slip needs the hand's damping",
-        ),
+        ("least local damping", f"{local:+.4g} N m s/rad", "below 0 stick-slip needs the hand's damping"),
         (
             "least friction, lower bound",
             f"{found.friction_floor_nm:.4g} N m",

@@ -24,14 +24,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 @click.option("--out", type=OutputFile(), help="file to write; default: beside FILE")
 @click.option("--fields", help="tick fields, separated by commas; default: all")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
-def command(
-    file: Path,
-    kind: Kind | None,
-    out: Path | None,
-    fields: str | None,
-    *,
-    as_json: bool,
-) -> None:
+def command(file: Path, kind: Kind | None, out: Path | None, fields: str | None, *, as_json: bool) -> None:
     """Write every tick of the recording in FILE, over all its parts, in another format.
 
     npz keeps the shape of per-axis fields, and of a rig with a linear axis their `units`; Parquet and CSV

@@ -122,11 +122,7 @@ class _Identify(click.Command):
 
     # which options there are depends on --log, and click parses all of them before a command could look
     def make_context(
-        self,
-        info_name: str | None,
-        args: list[str],
-        parent: click.Context | None = None,
-        **extra: object,
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: object
     ) -> click.Context:
         if any(arg == "--log" or arg.startswith("--log=") for arg in args):
             other: click.Command = importlib.import_module(LOG_MODULE).command

@@ -133,10 +133,7 @@ def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str
     for the names of parameters."""
     from rtctl.friction.logs.speeds_seen import STRIBECK_RAD_S
 
-    lines = [
-        *_table("symmetric", fit.symmetric, motion),
-        *_table("per direction", fit.per_direction, motion),
-    ]
+    lines = [*_table("symmetric", fit.symmetric, motion), *_table("per direction", fit.per_direction, motion)]
     late = fit.remaining_delay_s
     if late:
         lines.append(

@@ -34,11 +34,7 @@ class Connection:
     key: ClientKey | None = None
 
     def socket(
-        self,
-        kind: int,
-        endpoint: str,
-        options: dict[zmq.SocketOption, int],
-        topics: Iterable[bytes] = (),
+        self, kind: int, endpoint: str, options: dict[zmq.SocketOption, int], topics: Iterable[bytes] = ()
     ) -> zmq.Socket[bytes]:
         """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics`
         from the first moment.

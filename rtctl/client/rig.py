@@ -115,11 +115,7 @@ class RigClient(Worlds, Listener):
     # -- the state machine
 
     def arm(
-        self,
-        *,
-        wait: bool = True,
-        timeout_s: float = 10.0,
-        meanwhile: Callable[[], object] = lambda: None,
+        self, *, wait: bool = True, timeout_s: float = 10.0, meanwhile: Callable[[], object] = lambda: None
     ) -> None:
         """Enable the actuator. With `wait`, return when the rig is ACTIVE.
 

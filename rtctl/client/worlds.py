@@ -19,12 +19,7 @@ class Worlds:
     commanded, and raise RefusedError for a value out of bounds (see `hello`)."""
 
     def set_environment(
-        self,
-        axis: str | int,
-        kind: KindName,
-        *,
-        lease: Lease | None = None,
-        **numbers: float | None,
+        self, axis: str | int, kind: KindName, *, lease: Lease | None = None, **numbers: float | None
     ) -> dict[str, Any]:
         """Set the virtual environment of one axis; numbers left out, or None, stay. Returns what is then
         commanded.

@@ -38,11 +38,7 @@ def reference_at(shape: int, amplitude_rad: float, rate: float, t: float) -> tup
     if shape == _SINE:
         phase = rate * t
         speed = amplitude_rad * rate * math.sin(phase)
-        return (
-            amplitude_rad * (1.0 - math.cos(phase)),
-            speed,
-            amplitude_rad * rate * rate * math.cos(phase),
-        )
+        return (amplitude_rad * (1.0 - math.cos(phase)), speed, amplitude_rad * rate * rate * math.cos(phase))
     if shape == _TRIANGLE:
         quarters = rate * t / abs(amplitude_rad)  # one amplitude takes amplitude/rate
         phase = quarters - 4.0 * math.floor(quarters / 4.0)

@@ -260,14 +260,7 @@ def _enter(s: Record, state: int, faults: int) -> None:
 
 @compiled
 def advance(
-    s: Record,
-    p: Record,
-    tick: int,
-    faults: int,
-    requests: int,
-    arm_allowed: bool,
-    tested: bool,
-    silent: bool,
+    s: Record, p: Record, tick: int, faults: int, requests: int, arm_allowed: bool, tested: bool, silent: bool
 ) -> bool:
     """Run the machine one tick on the state record; True when the state changed.
 

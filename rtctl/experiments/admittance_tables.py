@@ -67,10 +67,7 @@ def felt_table(felt: Sequence[Felt]) -> Table:
 def contact_table(touched: Mapping[str, Mapping[str, Contact]]) -> Table:
     """Stiffness felt of every world, per display."""
     rows = tuple(
-        (
-            world,
-            *(_contact_cell(world, one) for one in (worlds[world] for worlds in touched.values())),
-        )
+        (world, *(_contact_cell(world, one) for one in (worlds[world] for worlds in touched.values())))
         for world in next(iter(touched.values()))
     )
     caption = (

@@ -31,15 +31,7 @@ from rtctl.simulation import friction_truth
 from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Identification, repeated"
-FAMILIES = (
-    "tustin",
-    "gaussian",
-    "lorentzian",
-    "epsilon-spline",
-    "nu-spline",
-    "epsilon-rbf",
-    "nu-rbf",
-)
+FAMILIES = ("tustin", "gaussian", "lorentzian", "epsilon-spline", "nu-spline", "epsilon-rbf", "nu-rbf")
 RATIO_MOST = 1.15
 VECTORS_MOST = {"spline": 12, "rbf": 30}
 DEVIATION_MOST = 0.02

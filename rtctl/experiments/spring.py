@@ -191,10 +191,7 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
     fed = _fed(found)
     numbers = {
         "variants": {
-            name: {
-                **{figure: estimate(values) for figure, values in one.items()},
-                "reduction": less[name],
-            }
+            name: {**{figure: estimate(values) for figure, values in one.items()}, "reduction": less[name]}
             for name, one in found.items()
         }
     }

@@ -20,22 +20,9 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane
 from hw.plain_words import explain, written
 from rtctl.friction import mean_document, place_document
-from rtctl.friction.artefact_checks import (
-    DERIVED,
-    check_branch,
-    check_compiled,
-    check_whole,
-    refuse,
-)
+from rtctl.friction.artefact_checks import DERIVED, check_branch, check_compiled, check_whole, refuse
 from rtctl.friction.band import Band
-from rtctl.friction.document import (
-    FORMAT,
-    SCHEMA,
-    BranchDocument,
-    ModelDocument,
-    checksum,
-    render,
-)
+from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
 from rtctl.friction.kind_cubic import PiecewiseCubic
 from rtctl.friction.load import Load
 from rtctl.friction.model import Branch, FrictionModel

@@ -27,8 +27,7 @@ STANDINGS: Mapping[str, Standing] = {
         "that swung out; fed .007 mJ at most",
     ),
     "observer": Standing(
-        quiet=True,
-        evidence="0 of 5015 hands that held still kept more than .002 rad/s; fed .005 mJ at most",
+        quiet=True, evidence="0 of 5015 hands that held still kept more than .002 rad/s; fed .005 mJ at most"
     ),
     "sign": Standing(quiet=False, evidence="45 % of the hands that held still were shaken"),
     "dither": Standing(quiet=False, evidence="25 % of the hands that held still were shaken"),

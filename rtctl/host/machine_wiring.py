@@ -34,10 +34,7 @@ def run(command: Sequence[str]) -> str:
 
 
 def check(
-    root: Path,
-    devices: Sequence[tuple[str, Mapping[str, Any]]],
-    ask: Run = run,
-    real: Collection[str] = (),
+    root: Path, devices: Sequence[tuple[str, Mapping[str, Any]]], ask: Run = run, real: Collection[str] = ()
 ) -> list[Line]:
     """Presence, permission and set-up of each device: (label, validated options) each; `real` ones have a
     label here.

@@ -51,11 +51,7 @@ class ViewProcess:
         For tests."""
 
     def __init__(
-        self,
-        folder: Path,
-        port: int,
-        avoid_core: int = -1,
-        clock_s: Callable[[], float] = time.monotonic,
+        self, folder: Path, port: int, avoid_core: int = -1, clock_s: Callable[[], float] = time.monotonic
     ) -> None:
         self.url = f"http://{HOST}:{port}/"
         self.operator_file = folder / VIEW_NAME

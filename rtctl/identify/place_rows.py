@@ -9,14 +9,7 @@ import numpy as np
 from rtctl.identify.columns import table_csv
 from rtctl.identify.tick_readings import Measurement
 
-COLUMNS = (
-    "velocity_rad_s",
-    "friction_torque_nm",
-    "direction",
-    "count",
-    "position_rad",
-    "travel_rad",
-)
+COLUMNS = ("velocity_rad_s", "friction_torque_nm", "direction", "count", "position_rad", "travel_rad")
 """As `rtctl.friction.point_columns` has them; `travel_rad` is the way around the place that a row is the mean
 over."""
 

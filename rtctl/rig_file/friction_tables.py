@@ -90,8 +90,7 @@ class FrictionTable(Table):
         "observer",
         "lugre",
     ] = Field(
-        "hybrid",
-        description="what decides the direction of the feed-forward near rest (docs/theory.md 5.6)",
+        "hybrid", description="what decides the direction of the feed-forward near rest (docs/theory.md 5.6)"
     )
     gain: float = number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     # 0: the guaranteed damping is what the coupling's proof lives on

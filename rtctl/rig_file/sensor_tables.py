@@ -64,8 +64,7 @@ class ForceSensorTable(Table):
     """[force_sensor]: what the sensor of the rig, wherever its joints, feels besides three forces"""
 
     moments: bool = Field(
-        False,
-        description="use its moments: joint torque = lever_m . force + axis_direction . moment",
+        False, description="use its moments: joint torque = lever_m . force + axis_direction . moment"
     )
     limit_nm: float = number(1e-4, 1e4, "range of its moments", default=5.0)
     resolution_nm: float = number(

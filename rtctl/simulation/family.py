@@ -75,10 +75,7 @@ _MX106_LOAD: Change = {
 friction."""
 
 # share of the friction, or N m; times a turn; phase
-_WAVES = {
-    "friction": [[0.18, 1.0, 0.4]],
-    "ripple": [[0.010, 80.0, 0.0], [0.006, 160.0, 1.1]],
-}
+_WAVES = {"friction": [[0.18, 1.0, 0.4]], "ripple": [[0.010, 80.0, 0.0], [0.006, 160.0, 1.1]]}
 """Eccentric wave generator and gear mesh of an 80:1 gear, once and twice per motor turn."""
 
 _PLANTS = (

@@ -48,10 +48,7 @@ class Connections:
         Clients that may be connected."""
 
     def __init__(
-        self,
-        context: zmq.Context[zmq.Socket[bytes]],
-        socket: zmq.Socket[bytes],
-        places: int = CONNECTIONS,
+        self, context: zmq.Context[zmq.Socket[bytes]], socket: zmq.Socket[bytes], places: int = CONNECTIONS
     ) -> None:
         self._places = places
         self._watched = socket

@@ -135,18 +135,23 @@ KINDS = {
     "rpm": "ShowsRpm",
     "close": "FailsToClose",
     "network": "SaysNothingOfTheNetwork",
+    "joint": "Good",
 }
 """Case -> the class that it is run on."""
 
 INFO = f"""
-from hw.interface import BackendInfo
+from hw.interface import BackendInfo, Joint
 
-def info(name):
-    return BackendInfo("outside.backend:" + name, "outside.options:WireOptions", simulated=False)
+def info(kind, name):
+    joint = "outside:joint_of_percents" if kind == "joint" else None
+    return BackendInfo("outside.backend:" + name, "outside.options:WireOptions", simulated=False, joint=joint)
+
+def joint_of_percents(options, rig):
+    return [Joint(motor_share=40.0)]
 
 KINDS = {KINDS}
 for kind, name in KINDS.items():
-    globals()[kind] = info(name)
+    globals()[kind] = info(kind, name)
 """
 
 TESTS = """
@@ -243,6 +248,7 @@ def test_a_good_backend_of_another_package_keeps_the_contract(verdicts):
         "turn": "test_a_joint_is_followed_over_many_turns_in_rad",
         "difference": "test_what_is_measured_has_its_sign_and_unit_at_once",
         "rpm": "test_what_is_measured_has_its_sign_and_unit_at_once",
+        "joint": "test_what_it_declares_to_check_and_doctor_has_the_right_form",
         "network": "test_a_kind_that_opens_sockets_of_the_network_says_so",
     }.items(),
 )

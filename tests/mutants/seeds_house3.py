@@ -60,4 +60,32 @@ SEEDS = (
         "return wide if 0 > sum(",
         ("tests/unit/friction/test_presliding_in_logs.py",),
     ),
+    Seed(
+        "drives are stopped one by one, as they are learned",
+        "hw/can/drive_backend.py",
+        "            self._stop(bus)\n        for drive in self.drives:",
+        "        for drive in self.drives:",
+        ("tests/unit/hw/test_can_axes.py",),
+    ),
+    Seed(
+        "the zero of one log is taken off another, and holds its joint",
+        "rtctl/friction/logs/held_still.py",
+        "np.abs(torque_nm - zeros[signals.log])",
+        "np.abs(torque_nm - float(np.median(left)))",
+        ("tests/unit/friction/test_second_logs.py",),
+    ),
+    Seed(
+        "the contract asks no package for its joint",
+        "rtctl/backend_contract/checks.py",
+        "(registry.timing, registry.joint, registry.force_sensor)",
+        "(registry.timing, registry.force_sensor)",
+        ("tests/contract/test_contract_plugin.py",),
+    ),
+    Seed(
+        "a constant that its bits do not hold is sent as another one",
+        "hw/can/board_tables.py",
+        'if self.channel == "constant" and abs(',
+        'if self.channel == "none" and abs(',
+        ("tests/unit/hw/test_can_select.py",),
+    ),
 )

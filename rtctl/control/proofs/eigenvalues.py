@@ -236,16 +236,7 @@ def _top(
 
 @inlined
 def _from_the_right(
-    H: np.ndarray,
-    first: int,
-    to: int,
-    k: int,
-    three: bool,
-    x: float,
-    y: float,
-    z: float,
-    q: float,
-    r: float,
+    H: np.ndarray, first: int, to: int, k: int, three: bool, x: float, y: float, z: float, q: float, r: float
 ) -> None:
     """The reflection of a step on columns k to k + 2, or to k + 1."""
     for i in range(first, to + 1):

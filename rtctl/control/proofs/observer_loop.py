@@ -25,15 +25,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.proofs.drive_in_hand import (
-    STATES,
-    Drive,
-    Hands,
-    held_steps,
-    over,
-    plant,
-    position,
-)
+from rtctl.control.proofs.drive_in_hand import STATES, Drive, Hands, held_steps, over, plant, position
 from rtctl.control.velocity import lowpass_alpha
 
 HAND_STIFFNESS_NM_RAD = (0.0, *np.geomspace(3.0, 600.0, 9).tolist())

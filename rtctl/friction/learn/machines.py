@@ -202,12 +202,7 @@ def _by_factor(
 def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> SVR | NuSVR:
     from sklearn.svm import SVR, NuSVR
 
-    same = {
-        "kernel": "precomputed",
-        "C": candidate.c,
-        "tol": tolerance_nm,
-        "max_iter": max_iterations,
-    }
+    same = {"kernel": "precomputed", "C": candidate.c, "tol": tolerance_nm, "max_iter": max_iterations}
     if candidate.machine == "nu":
         return NuSVR(nu=candidate.tube, **same)
     return SVR(epsilon=candidate.tube, **same)

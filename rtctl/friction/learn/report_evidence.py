@@ -200,12 +200,7 @@ def _rung(model: FrictionModel, learned: list[Learned]) -> Rung:
 
 
 def _learned(
-    points: FrictionPoints,
-    test: FrictionPoints | None,
-    rung: Rung,
-    direction: int,
-    weight: float,
-    folds: str,
+    points: FrictionPoints, test: FrictionPoints | None, rung: Rung, direction: int, weight: float, folds: str
 ) -> Learned:
     """Train one rung's candidate as `ladder.learn` does; look at one direction of it."""
     score = next(score for score in rung.scores if score.direction in (0, direction))

@@ -40,13 +40,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
     pictures.save(figure, path)
 
 
-def _draw_branch(
-    plot: Axes,
-    branch: Branch,
-    sign: int,
-    speed: np.ndarray,
-    friction_nm: np.ndarray,
-) -> None:
+def _draw_branch(plot: Axes, branch: Branch, sign: int, speed: np.ndarray, friction_nm: np.ndarray) -> None:
     names = (lambda text: text) if sign > 0 else (lambda _: None)  # each label once
     v = np.linspace(0, branch.speed_max_rad_s, 1000)
     curve, epsilon = branch.magnitude(v), branch.hyper_parameters.get("epsilon_nm")

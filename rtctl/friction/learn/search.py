@@ -96,10 +96,7 @@ class Side:
 
 
 def side(
-    points: FrictionPoints,
-    direction: int,
-    break_away_weight: float = BREAK_AWAY_WEIGHT,
-    folds: str = "speed",
+    points: FrictionPoints, direction: int, break_away_weight: float = BREAK_AWAY_WEIGHT, folds: str = "speed"
 ) -> Side:
     """Points of one direction (0: both as one) with their weights and their folds (`hold_out.WAYS`)."""
     directions = (direction,) if direction else (1, -1)

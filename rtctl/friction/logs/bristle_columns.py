@@ -31,11 +31,7 @@ Columns = Callable[[TurningPart, float], np.ndarray]
 
 
 def _of_direction(part: TurningPart, direction: np.ndarray, peaks: Sequence[np.ndarray]) -> np.ndarray:
-    columns = [
-        np.maximum(direction, 0.0),
-        np.minimum(direction, 0.0),
-        *(direction * peak for peak in peaks),
-    ]
+    columns = [np.maximum(direction, 0.0), np.minimum(direction, 0.0), *(direction * peak for peak in peaks)]
     return part.smoothed(columns)
 
 

@@ -27,12 +27,14 @@ def held_still(balance: Balance) -> tuple[str, ...]:
         return ()
     wanted = balance.motion @ np.array([fit.inertia, fit.viscous, fit.coulomb])
     torque_nm = signals.torque_nm - signals.place_nm
-    # less the zero that the sliding rows tell: an offset of the sensor pushes nothing
-    push = np.abs(torque_nm - float(np.median(torque_nm[signals.sliding] - wanted)))
+    # less the zero that the sliding rows of its log tell: an offset of the sensor pushes nothing
+    left, logs = torque_nm[signals.sliding] - wanted, range(len(signals.sources))
+    zeros = np.array([np.median(left[mine]) if (mine := balance.log == k).any() else 0.0 for k in logs])
+    push = np.abs(torque_nm - zeros[signals.log])
     stands = np.abs(signals.velocity_rad_s) < STANDS_RAD_S * signals.radian
     held = stands & (push > PUSHED * fit.coulomb)
     # log by log: the end of one and the begin of the next are no stand
-    runs = [longest_run(held & (signals.log == k)) for k in range(len(signals.sources))]
+    runs = [longest_run(held & (signals.log == k)) for k in logs]
     begin, rows = max(runs, key=lambda run: run[1])
     # rows of the thinned signals: their step is that of the filter, not of the log
     stood_s = rows * float(np.median(np.diff(signals.time_s)))

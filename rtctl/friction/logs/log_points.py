@@ -149,10 +149,7 @@ def read_in_time(
 
 
 def _halves(
-    logs: Sequence[Sequence[AxisLog]],
-    signals: Regressors,
-    cutoff_hz: float,
-    slowest_rad_s: float,
+    logs: Sequence[Sequence[AxisLog]], signals: Regressors, cutoff_hz: float, slowest_rad_s: float
 ) -> int:
     """By how many halves of its own period each torque is late: 1, 0 or -1 (`taken_late`), by the logs of the
     lowest rate, whose period shows most: of several rates together no delay is that of any."""

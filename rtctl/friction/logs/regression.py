@@ -116,11 +116,7 @@ def _both(
 
 
 def _even(
-    signals: Regressors,
-    offset: OffsetColumns,
-    columns: Columns,
-    by_direction: Columns,
-    error: TooEvenError,
+    signals: Regressors, offset: OffsetColumns, columns: Columns, by_direction: Columns, error: TooEvenError
 ) -> JointFit:
     """What a motion too even for all parameters tells; raises `error` where that is nothing either."""
     for kept, ways in zip(told_apart(signals, columns), told_apart(signals, by_direction), strict=True):

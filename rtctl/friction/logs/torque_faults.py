@@ -52,12 +52,7 @@ def longest_run(marks: np.ndarray) -> tuple[int, int]:
 
 
 def faults(
-    signal: np.ndarray,
-    rate_hz: float,
-    where: str,
-    *,
-    may_rest: np.ndarray | None = None,
-    unit: str = "N m",
+    signal: np.ndarray, rate_hz: float, where: str, *, may_rest: np.ndarray | None = None, unit: str = "N m"
 ) -> list[str]:
     """Warnings about a torque, or another column in `unit`: constant, standing still, spikes, coarse.
 

@@ -76,6 +76,7 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
         return None
     position, torque = smooth(np.stack([log.position_rad, log.torque_nm]), rate, cutoff_hz)
     # of five points, as the balance has them: of three what is left near turns is a tenth more at 50 Hz
+    # never a recorded velocity: path and velocity must turn back in the same row
     velocity, acceleration = derivatives(position, 1 / rate)
     # A joint that stands may hold any torque below break-away: it says nothing of a turn.
     travel = np.abs(np.diff(position, prepend=position[0]))

@@ -37,6 +37,7 @@ class _Share:
         both = (self.recorded, self.wanted)
         return (
             all(one.sure() and one.alike() for one in both)
+            # noise makes one too large and the other too small: alike, it makes neither
             and abs(self.wanted.value / self.recorded.value - 1) < ALIKE
         )
 

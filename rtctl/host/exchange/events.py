@@ -90,10 +90,7 @@ class EventDetector:
         Over the motors."""
 
     def __init__(
-        self,
-        rig: RigDescription,
-        words: DeviceWords | None = None,
-        friction: FrictionWatch | None = None,
+        self, rig: RigDescription, words: DeviceWords | None = None, friction: FrictionWatch | None = None
     ) -> None:
         self._rig = rig
         self.book = FaultBook(rig, words)

@@ -263,10 +263,7 @@ class Gateway:
         return {**reply, "result": outcome}
 
     def _outcome(
-        self,
-        request: Request | Refusal,
-        row: np.void,
-        caller: Caller | None,
+        self, request: Request | Refusal, row: np.void, caller: Caller | None
     ) -> dict[str, Any] | Refusal:
         """Carry out a request, unless its sender is nobody any more or asks too often. Stops always count."""
         if caller is None:

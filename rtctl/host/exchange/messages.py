@@ -86,8 +86,7 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
             return Request(identity, "stop")
         if identity is None:
             raise _RefuseError(
-                "malformed",
-                f"id: an integer from 0 to 2^53 or a short text, not {_shown(message.get('id'))}",
+                "malformed", f"id: an integer from 0 to 2^53 or a short text, not {_shown(message.get('id'))}"
             )
         _require_version(message)  # first: what a later version asks may mean another thing, or nothing, here
         op, operation = _operation(message)

@@ -22,8 +22,8 @@ RATE_HZ = 200.0
 T = np.arange(8000) / RATE_HZ
 
 
-def made(name, *, coulomb=0.25, rests=None):
-    """A joint of .05 kg m^2 by two sines; `rests` (s, s): held there while 2 N m push it."""
+def made(name, *, coulomb=0.25, rests=None, push_nm=2.0):
+    """A joint of .05 kg m^2 by two sines; `rests` (s, s): held there while so much pushes it."""
     waves = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.12, 1.3))]
     clock = T.copy()
     if rests is not None:
@@ -33,7 +33,7 @@ def made(name, *, coulomb=0.25, rests=None):
     acceleration = sum(-a * w**2 * np.sin(w * clock) for a, w in waves)
     torque = 0.05 * acceleration + 0.05 * v + coulomb * np.sign(v)
     if rests is not None:
-        torque = np.where((rests[0] <= T) & (rests[1] > T), 2.0, torque)
+        torque = np.where((rests[0] <= T) & (rests[1] > T), push_nm, torque)
     torque = torque + np.random.default_rng(1).normal(0, 0.005, len(T))
     return AxisLog(RATE_HZ, x, torque, name, name)
 
@@ -48,6 +48,11 @@ def test_a_stand_is_told_of_its_own_log_at_its_own_time():
     assert text.startswith("second.csv: the joint stands for")
     assert " from 20" in text
     assert held_still(balance_of(made("first.csv"), made("third.csv"))) == ()
+    # the other zero of a second session pushes nothing: it was taken for 2 N m
+    rests = made("third.csv", rests=(20.0, 22.0), push_nm=0.2)
+    other = replace(made("first.csv"), torque_nm=made("first.csv").torque_nm + 2.0)
+    for logs in ((other, rests), (rests, other), (rests, other, replace(rests, source="fourth.csv"))):
+        assert held_still(balance_of(*logs)) == ()
 
 
 def test_parts_of_a_second_log_are_told_by_the_time_of_that_log():

@@ -11,7 +11,7 @@ import pytest
 from hardware import rig
 from remembering_bus import AXIS, DEVICE, LOST, OPTIONS, RIG, Bus, three_looks
 
-from hw.can import cia402, moteus, moteus_codec, odrive, odrive_codec
+from hw.can import cia402, drive_backend, moteus, moteus_codec, odrive, odrive_codec
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault
 from hw.motion import of_coordinate
@@ -212,6 +212,23 @@ def test_a_moteus_is_stopped_learned_and_refused_when_it_is_silent(no_waiting):
 
     axis.set_up(Bus(answer))
     assert axis.identity == struct.pack("<3I", 1, 0xFFFFFFFE, 3)
+
+
+@pytest.mark.parametrize("kind", ["odrive", "moteus"])
+def test_every_drive_of_a_bus_is_stopped_before_the_first_one_is_learned(kind, no_waiting):
+    """The second of two was driven on, as another program had left it, while the first did not answer."""
+    backend = object.__new__(drive_backend.OdriveBackend if kind == "odrive" else drive_backend.MoteusBackend)
+    made = [backend.kind({**AXIS, "node": node}, OPTIONS, RIG, 0, Sample(1)) for node in (5, 6)]
+    backend.drives, bus = made, Bus()
+    bus.subscribe = lambda _handlers: None
+    with pytest.raises(BackendError, match=f"{kind} (node|id) 5"):
+        backend._set_up(bus)
+    stops = Bus()
+    for one in made:
+        one.make_frames(stops)
+        one.stop(stops)
+    assert len(stops.sent) == (4 if kind == "odrive" else 2)
+    assert bus.sent[: len(stops.sent)] == stops.sent
 
 
 def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
