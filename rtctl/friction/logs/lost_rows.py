@@ -65,10 +65,10 @@ def _of_another_rate(where: str, position_rad: np.ndarray, step_s: np.ndarray) -
     """The warning that rows come at half the rate, or less, in some stretches of a position, under stamps
     that go on evenly: there the velocity is twice as large, or half as large, from one row to the next, which
     no joint does again and again; arguments as of `require_every_row`."""
-    velocity = np.diff(position_rad) / step_s
-    if len(velocity) <= 2 * BESIDE:
+    speed = np.diff(position_rad) / step_s
+    if len(speed) <= 2 * BESIDE:
         return ()
-    windows = np.lib.stride_tricks.sliding_window_view(velocity, BESIDE)
+    windows = np.lib.stride_tricks.sliding_window_view(speed, BESIDE)
     mean = windows.mean(axis=1)
     steady = np.abs(windows - mean[:, None]).max(axis=1) < STEADY * np.abs(mean)
     steady &= np.abs(mean) * np.median(step_s) > COUNTS * quantum(position_rad)
