@@ -95,4 +95,11 @@ SEEDS = (
         "False",
         ("tests/unit/friction/test_lost_rows.py",),
     ),
+    Seed(
+        "quotes are part of a name between blanks",
+        "hw/playback/text_rows.py",
+        """return _quoted(line.replace("\\t", " "), " ") if '"' in line else line.split()""",
+        "return line.split()",
+        (CELLS,),
+    ),
 )
