@@ -290,3 +290,11 @@ def test_a_table_of_r_has_quoted_names_between_blanks(tmp_path):
     assert read_table(path, ("#2", "#3", "#4")).columns["#3"][3] == 3.5
     path.write_text('"row" "t"  "motor angle" "tau"\n' + rows)
     assert read_table(path, ("t", "motor angle", "tau")).columns["tau"][3] == 6
+
+
+@pytest.mark.parametrize("cell", ["02:11.1", "28.11.2026 15:02"])
+def test_a_time_whose_ms_a_spreadsheet_lost_is_told_as_that(tmp_path, cell):
+    path = tmp_path / "log.csv"
+    path.write_text("t,x\n" + "".join(f"{cell},{k}\n" for k in range(20)))
+    with pytest.raises(BackendError, match=r"whose ms are lost.* --rate-hz"):
+        read_table(path, ("t", "x"))
