@@ -199,5 +199,5 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     raise BackendError(
         f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it "
         "(a torque constant, a gear ratio, the rated torque by 100 or by 1000; of a temperature the "
-        "offset in --map)"
+        "offset in --map; where it is exactly 1, take the unit out of the file)"
     )

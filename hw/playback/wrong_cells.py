@@ -20,6 +20,9 @@ _COMMA = re.compile(r"[-+]?\d+,\d+")
 _REMARK = re.compile(r"[-+\d.,eE]+\s*(#|//|%|;|\(\*|\s[^\W\d]).*")
 """A number with words behind it."""
 
+_SHOWN = re.compile(r"(\d{1,4}[./-]\d{1,2}[./-]\d{1,4} )?\d{1,2}:\d{2}(\.\d)?")
+"""A time as a spreadsheet shows it: `02:11.1` without the hour, `28.11.2026 15:02` without s."""
+
 _HEXADECIMAL = re.compile(r"[0-9a-fA-F]{4}|[0-9a-fA-F]{8}")
 
 
@@ -99,6 +102,11 @@ def _meant(below: list[list[str]], at: int) -> str:
     """What a cell, the first of those from it down, may be meant as."""
     if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
         return " (hexadecimal? Write 0x before each)"
+    if _SHOWN.fullmatch(below[0][at]):
+        return (
+            " (a time as a spreadsheet shows it, whose ms are lost: format the column as hh:mm:ss.000 and "
+            "save the file anew, or give --rate-hz in its place)"
+        )
     if _COMMA.fullmatch(below[0][at]):
         return " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
     return ""

@@ -81,4 +81,25 @@ SEEDS = (
         "0.0 * float(value[ns])",
         (CELLS,),
     ),
+    Seed(
+        "rows at half the rate have no name",
+        "rtctl/friction/logs/lost_rows.py",
+        "if places < BORDERS_LEAST or places <= 2 * others:",
+        "if True:",
+        ("tests/unit/friction/test_lost_rows.py",),
+    ),
+    Seed(
+        "speeds that double by no whole ratio are lost rows",
+        "rtctl/friction/logs/lost_rows.py",
+        "places <= 2 * others",
+        "False",
+        ("tests/unit/friction/test_lost_rows.py",),
+    ),
+    Seed(
+        "quotes are part of a name between blanks",
+        "hw/playback/text_rows.py",
+        """return _quoted(line.replace("\\t", " "), " ") if '"' in line else line.split()""",
+        "return line.split()",
+        (CELLS,),
+    ),
 )

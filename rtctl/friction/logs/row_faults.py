@@ -91,7 +91,7 @@ def mended(rows: Rows) -> Rows:
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
     require_one_axis(rows.where, rows.position_rad)
-    require_every_row(rows.where, rows.position_rad, rows.step)
+    rows.notes.extend(require_every_row(rows.where, rows.position_rad, rows.step))
     # first: a held column jumps at each new value, and repeats between, and would be taken for both faults
     _mend_held(rows)
     _mend_repeats(rows)

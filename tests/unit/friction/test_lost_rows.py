@@ -60,3 +60,19 @@ def test_an_angle_may_start_over_in_any_row(row):
     assert "starts over 1 times" in found.notes[0]
     # what the joint went in that row is in the jump, too
     assert np.abs(found.position_rad - path).max() < 0.02
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_stretches_of_another_rate_are_told(every):
+    place = np.arange(4000)
+    within = ((place > 600) & (place < 900)) | ((place > 2300) & (place < 2600))
+    told = rows(moved()[~within | (place % every == 0)]).notes[0]
+    assert f"rows come at 1/{every} of the rate in some stretches: at " in told
+    assert "the first about row 60" in told
+    assert not rows(moved()[~within | (place % every == 0)], TIME_S[~within | (place % every == 0)]).notes
+
+
+def test_speeds_that_double_in_no_whole_ratio_are_motion():
+    there = np.repeat([1.0, 2.03, 1.01, 1.57, 0.97, 2.57], 100)
+    speeds = np.concatenate([there, -1.01 * there, 1.03 * there, -0.98 * there, 1.02 * there])
+    assert not any("of the rate" in note for note in rows(np.cumsum(speeds) / 1000).notes)

@@ -279,3 +279,22 @@ def test_a_stamp_of_ros_in_two_parts_is_one_number_of_seconds(tmp_path):
     stamps = read_table(path, ("header.stamp", "q#1")).columns["header.stamp"]
     assert np.diff(stamps) == pytest.approx(2e-3, abs=1e-6)
     assert read_table(path, ("header.stamp.sec",)).columns["header.stamp.sec"][0] == 1764342131
+
+
+def test_a_table_of_r_has_quoted_names_between_blanks(tmp_path):
+    path = tmp_path / "r.txt"
+    rows = "".join(f'"{k + 1}" {k} {k}.5 {2 * k}\n' for k in range(20))
+    path.write_text('"t" "motor angle" "tau"\n' + rows.replace('" ', '"   '))
+    with pytest.raises(BackendError, match=r"R writes one.*by their places \(#2\)"):
+        read_table(path, ("t", "motor angle", "tau"))
+    assert read_table(path, ("#2", "#3", "#4")).columns["#3"][3] == 3.5
+    path.write_text('"row" "t"  "motor angle" "tau"\n' + rows)
+    assert read_table(path, ("t", "motor angle", "tau")).columns["tau"][3] == 6
+
+
+@pytest.mark.parametrize("cell", ["02:11.1", "28.11.2026 15:02"])
+def test_a_time_whose_ms_a_spreadsheet_lost_is_told_as_that(tmp_path, cell):
+    path = tmp_path / "log.csv"
+    path.write_text("t,x\n" + "".join(f"{cell},{k}\n" for k in range(20)))
+    with pytest.raises(BackendError, match=r"whose ms are lost.* --rate-hz"):
+        read_table(path, ("t", "x"))
