@@ -95,6 +95,8 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_slips.softness,
     verdicts_of_slips.delay,
     verdicts_of_slips.given,
+    verdicts_of_slips.push_of_a_hand,
+    verdicts_of_slips.place_of_the_world,
 )
 
 

@@ -5,8 +5,11 @@ ticks, mJ for J."""
 
 from __future__ import annotations
 
+import math
+
 from rtctl.check.verdict import Subject, Verdict
 from rtctl.check.verdicts_of_units import Band, judged
+from rtctl.control.environments.table import Environment
 
 PRESLIDING_RAD = Band(1e-7, 1e-5, 0.03, 0.3)
 """From ball bearings to cables; the account lends half a bristle of this length, so degrees for radians let
@@ -19,6 +22,12 @@ turns says less: direct drives that damp little have 2 rad and more of it at the
 DELAY_TICKS = Band(1e-12, 0.01, 20.0, 20.0)
 """What a rig file states beside what devices declare: too little is told only, as those count where they are
 worse."""
+
+PUSH_SHARE = Band(1e-12, 0.01, 1.0, 1e12)
+"""Push of a hand over the friction that it is helped with: .1 and .2 by themselves. Told only: in mN m there
+is no help, in kN m it is switched."""
+PLACE_SHARE = Band(0.0, 0.0, 1.0, 1e12)
+"""Place of the world that begins over the travel, or a turn."""
 
 GIVEN_J = Band(0.0, 0.0, 1.0, 1e3)
 """Energy that accounts let a hand have at once: 1 J is a handle of 100 g at 4.5 m/s. Told only: a rig that
@@ -97,3 +106,52 @@ def delay(s: Subject) -> list[Verdict]:
         "coupling.delay_ticks; what devices declare and what is measured counts where it is more",
         f"coupling.delay_ticks: {ticks:g} is meant in ticks of {s.period_s:g} s",
     )
+
+
+def push_of_a_hand(s: Subject) -> list[Verdict]:
+    """Pushes that open the help, against the friction that it helps with."""
+    found, table = s.axis.friction, s.table.friction
+    if found is None or found.feedforward_max_nm == 0 or table.policy not in ("hybrid", "intent"):
+        return []
+    rows = []
+    for key in ("intent_nm", "gate_nm"):
+        push = getattr(table, key)
+        # 0: the law takes its own share of the friction
+        if push > 0:
+            rows += judged(
+                s,
+                f"{key} over the help",
+                push / found.feedforward_max_nm,
+                "",
+                PUSH_SHARE,
+                f"friction.{key} over the largest feed-forward, {found.feedforward_max_nm:.3g} N m",
+                f"friction.{key}: {push:g} is meant in N m at the link; 0 takes a share of the friction",
+            )
+    return rows
+
+
+def place_of_the_world(s: Subject) -> list[Verdict]:
+    """A world at a place where the joint never is: a spring in degrees would pull it there with all of its
+    torque."""
+    shown, table, rows = s.table.environment, s.table, []
+    slides = table.motion == "linear"
+    fields = type(table).model_fields
+    ends = table.position_min_rad, table.position_max_rad
+    given = ends != (fields["position_min_rad"].default, fields["position_max_rad"].default)
+    reach = max(abs(end) for end in ends) if given else 1.0 if slides else 2 * math.pi
+    for parameter in Environment[shown.kind.upper()].about.parameters:
+        value = getattr(shown, parameter.name)
+        # places and lengths; stiffness and damping end with other units
+        if parameter.name in ("center_rad", "pitch_rad") and value != 0:
+            rows += judged(
+                s,
+                f"{parameter.name} of the world over the travel",
+                abs(value) / reach,
+                "",
+                PLACE_SHARE,
+                f"environment.{parameter.name} over {reach:.3g} rad"
+                + ("" if given else (", a metre" if slides else ", a turn")),
+                f"environment.{parameter.name}: {value:g} is meant in rad at the link"
+                + (" (mm are thousandths)" if slides else " (1 degree is 0.01745)"),
+            )
+    return rows

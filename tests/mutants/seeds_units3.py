@@ -78,4 +78,18 @@ SEEDS = (
         "(low, middle) if steps(middle) >= 0.5 * least else",
         CHECK,
     ),
+    Seed(
+        "a world in degrees is believed",
+        "rtctl/check/verdicts.py",
+        "    verdicts_of_slips.place_of_the_world,\n",
+        "",
+        CHECK,
+    ),
+    Seed(
+        "a gate in kN m is believed",
+        "rtctl/check/verdicts_of_slips.py",
+        "PUSH_SHARE = Band(1e-12, 0.01,",
+        "PUSH_SHARE = Band(1e-12, 1e-9,",
+        CHECK,
+    ),
 )

@@ -40,6 +40,11 @@ def rig(tmp_path):
             "position_max_rad",
         ),
         (
+            ("stiffness_nm_rad = 40.0", "stiffness_nm_rad = 40.0\ncenter_rad = 11.5"),
+            "center_rad of the world over the travel",
+            "environment.center_rad",
+        ),
+        (
             ("[axis.coupling]", FORCE.format(5.1)),
             "range of the force sensor over the motor's force",
             "force.limit_n",
@@ -111,6 +116,28 @@ def test_a_force_in_another_unit_is_told_by_its_numbers(tmp_path, change, name):
     row = shipped(tmp_path, "can-optoforce.toml", change)[name]
     assert row.outcome is Outcome.WARN
     assert "axis[0].force.limit_n:" in row.refusal
+
+
+@pytest.mark.parametrize(
+    ("key", "old", "new"),
+    [("intent_nm", "0.05", "50"), ("gate_nm", "0.03", "30"), ("gate_nm", "0.03", "3e-5")],
+)
+def test_pushes_in_another_unit_are_told(tmp_path, key, old, new):
+    name = f"{key} over the help"
+    old_line, model = f"{key} = {old}", ("friction/mock.json", str(CONFIGS / "friction/mock.json"))
+    assert shipped(tmp_path, "mock.toml", model)[name].outcome is Outcome.PASS
+    row = shipped(tmp_path, "mock.toml", model, (old_line, f"{key} = {new}"))[name]
+    assert row.outcome is Outcome.WARN
+    assert f"axis[0].friction.{key}: axis joint:" in row.refusal
+
+
+def test_a_world_is_held_against_the_ends_where_they_are_given(tmp_path):
+    name, center = "center_rad of the world over the travel", ("center_rad = 0.2", "center_rad = 1.2")
+    model = ("friction/mock.json", str(CONFIGS / "friction/mock.json"))
+    rows = shipped(tmp_path, "mock-wall.toml", model, center)
+    assert rows[name].outcome is Outcome.PASS
+    ends = ("gear_ratio", "position_min_rad = -0.5\nposition_max_rad = 1.0\ngear_ratio")
+    assert shipped(tmp_path, "mock-wall.toml", model, center, ends)[name].outcome is Outcome.WARN
 
 
 def test_a_matrix_with_a_unit_in_it_is_told(tmp_path):
