@@ -10,9 +10,10 @@ from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.learn.report_judge import faults, judge, not_judged
 from rtctl.friction.logs.logs import FrictionSamples, level_points
+from rtctl.friction.points import FrictionPoints
 
 
-def session(seed, size_nm):
+def session(seed: int, size_nm: float) -> FrictionPoints:
     """Strokes of a joint whose friction is another one at each place by 3 %, and which strokes pass other
     places.
     """
