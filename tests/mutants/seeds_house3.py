@@ -86,6 +86,6 @@ SEEDS = (
         "hw/can/board_tables.py",
         'if self.channel == "constant" and abs(',
         'if self.channel == "none" and abs(',
-        ("tests/unit/hw/test_can_select.py",),
+        ("tests/unit/hw/test_can_constants.py",),
     ),
 )

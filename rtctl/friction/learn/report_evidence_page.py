@@ -42,9 +42,9 @@ whole session where there are several), and
   judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good. The sentence above a \
 table asks of the best formula only
   whether it is within one standard error of the best machine.
-- **Next sessions** are whole logs that the fit has not seen. Of *the same session* are other speeds of it: \
-nothing there knows
-  what the next session differs by. *As told* counts sessions in the range that `rtctl fit` prints for eight \
+- **Next sessions** are whole logs that the fit has not seen. Nothing within *the same \
+session* knows
+  what the next one differs by. *As told* counts sessions in the range that `rtctl fit` prints for eight \
 of ten. One number cannot
   be within {AGREES:g} of each: an oracle is of two in three (decision 0145).
 - **Chosen over the best rung** has its 95 % interval, point by point and by blocks. The best of a dozen is \
@@ -102,7 +102,8 @@ def _figures(found: Sequence[Found]) -> str:
 
 
 def _unseen(one: Found) -> str:
-    return "next sessions" if one.sessions else "the same session"
+    """Rows that a fit has not seen, in words: nothing within a session knows what the next one differs by."""
+    return "next sessions" if one.way == "log" else f"{hold_out.HELD_OUT[one.way]} of the same session"
 
 
 def _one_by_one(one: Found) -> str:
@@ -139,8 +140,8 @@ def _agreement(one: Found) -> str:
     )
     best = "as good as the best rung" if over.times <= NEAR else f"{_over(over)} times the best rung"
     return (
-        f"What the ladder chooses errs {mnm(one.chosen_nm)} mN m on {_unseen(one)}, {told} "
-        f"({mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
+        f"What the ladder chooses errs {mnm(one.chosen_nm)} mN m on what it did not see ({_unseen(one)}), "
+        f"{told} ({mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
     )
 
 

@@ -96,12 +96,14 @@ def test_what_the_bands_were_worth_is_told():
 
 def test_what_is_wanted_on_every_set_is_a_table_that_says_what_is_out():
     good = replace(MACHINE_WINS, chosen_covered=0.95)
-    wide = replace(good, name="wide", chosen_covered=0.995)
+    wide = replace(good, name="wide", way="speed", chosen_covered=0.995)
     worse = replace(good, name="worse", chosen_nm=1.6e-3, over_best=OverBest(1.6, 1.2, 2.1, 1.5))
     luck = replace(good, name="luck", over_best=OverBest(1.12, 0.96, 1.31, 1.0))
     text = page([good, wide, worse, luck], "x")
-    assert "| machine's | the same session | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 95.0 | nothing |" in text
-    assert "| wide | the same session | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 99.5 | band |" in text
+    assert "| machine's | next sessions | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 95.0 | nothing |" in text
+    assert (
+        "| wide | speeds of the same session | 1.00 | - | 1.00 (0.90 to 1.10) | 0.98 | 99.5 | band |" in text
+    )
     assert "| 1.60 (1.20 to 2.10) | 1.50 | 95.0 | error foretold, choice |" in text
     assert "| 1.12 (0.96 to 1.31) | 1.00 | 95.0 | choice, not surely |" in text
 
@@ -115,7 +117,7 @@ def test_each_next_session_is_held_against_what_was_expected_and_told_of_it():
     )
     text = page([replace(MACHINE_WINS, sessions=sessions)], "x")
     assert "| machine's | next sessions | 1.00 | 2 of 4, 2 |" in text
-    assert "errs 1 mN m on next sessions, as its held-out error said" in text
+    assert "errs 1 mN m on what it did not see (next sessions), as its held-out error said" in text
 
 
 @pytest.mark.parametrize(

@@ -174,23 +174,11 @@ WANTED = {"channel": "torque", "byte": 0, "bits": 16, "type": "int", "unit": "Nm
         ({"receive": [{"id": 1, "field": [POSITION]}],
             "send": [{"id": 2, "field": [{**WANTED, "type": "uint", "offset": 1.5, "scale": 0.1}]}]},
          "cannot say 0, only 1.5"),
-        *(({"receive": [{"id": 1, "field": [POSITION]}], "send": [{"id": 2, "field": [
-            WANTED, {"channel": "constant", "byte": 2, "bits": 8, **told}]}]},
-           f"cannot say {told['value']}, only {said}")
-          for told, said in (({"value": 300}, 255), ({"value": -1}, 0), ({"type": "int", "value": 128}, 127),
-                             ({"scale": 0.1, "offset": -10, "value": -11}, -10))),
     ],
 )  # fmt: skip
 def test_frames_that_cannot_be_told_apart_or_cannot_stop_are_refused(change, text):
     with pytest.raises(ValueError, match=text):
         BoardOptions.model_validate({"bus": {"channel": "can0"}, **change})
-
-
-@pytest.mark.parametrize("told", [{"value": 255}, {"value": 3.4}, {"type": "int", "value": -128}])
-def test_a_constant_is_sent_as_near_as_its_bits_come(told):
-    constant = {"channel": "constant", "byte": 2, "bits": 8, **told}
-    given = {"receive": [{"id": 1, "field": [POSITION]}], "send": [{"id": 2, "field": [WANTED, constant]}]}
-    BoardOptions.model_validate({"bus": {"channel": "can0"}, **given})
 
 
 @pytest.mark.parametrize("period", [360.0, 45.0, 1000.0, 2 * math.pi])
