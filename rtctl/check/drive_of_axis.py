@@ -10,7 +10,7 @@ from rtctl.control.proofs.stability import Between
 from rtctl.rig_file.axis_tables import AxisTable
 
 
-def _joints(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
+def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
     """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
     if joint.stiffness_nm_rad > 0:
         one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
@@ -38,5 +38,5 @@ def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, 
         force_lowpass_hz=table.force.lowpass_hz,
         link_viscous_nms_rad=link_damping(table.viscous_nms_rad, joint),
         encoder=joint.encoder,
-        joints=_joints(joint, table.inertia_kgm2),
+        joints=joints_of(joint, table.inertia_kgm2),
     )

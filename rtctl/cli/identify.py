@@ -166,6 +166,12 @@ def command(
     loaded = without_feedforward(load(config))
     settings = settings_of(loaded, options)
     rig = rig_of(loaded, settings)
+    if rig.calmer > 1:
+        click.echo(
+            f"an elastic or late joint: its speed servo is {rig.calmer:.3g} times as slow as on one that is "
+            "neither, or it would ring; speeds that do not become steady with it are left out",
+            err=True,
+        )
     if not simulate and not loaded.config.simulated and not yes:
         _ask(loaded, settings, rig.motion)
     make = Dataset.resume if resume else Dataset.create

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,14 +20,6 @@ from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03
 """Patience of the steady-state test: this time plus the time for this travel."""
-SERVOS = ((1.0, 1.0), (4.0, 1.0), (4.0, 3.0))
-"""What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so
-many times.
-
-Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v
-g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
-Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
-joint, which then jumps from count to count."""
 UNSTEADY = (
     "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too "
     "coarse for so slow a motion, backlash or a hard spot"
@@ -183,7 +174,7 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
             got.starts.append(before)
             try:
                 yield from part(motion, task, got, spot, bias_nm)
-                if got.hopeless(settings.measurements, last=_no_other_servo(task, got)):
+                if got.hopeless(settings.measurements, last=_no_other_servo(motion, task, got)):
                     yield from _other_servo(motion, task, got)
             except HandSeen:
                 # a hand that lets something be measured is not there to stay
@@ -194,14 +185,14 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     return got
 
 
-def _no_other_servo(task: Task, got: Collected) -> bool:
-    return task.speed_rad_s == 0 or got.servo + 1 == len(SERVOS)
+def _no_other_servo(motion: Motion, task: Task, got: Collected) -> bool:
+    return task.speed_rad_s == 0 or got.servo + 1 == len(motion.rig.servos)
 
 
 def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
-    """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up.
+    """Give a speed that does not become steady another chance with the next of `Rig.servos`; then give it up.
     Raises UnsteadyError."""
-    if _no_other_servo(task, got):
+    if _no_other_servo(motion, task, got):
         yield from motion.rest()
         raise UnsteadyError(
             f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} "
@@ -209,5 +200,4 @@ def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
             + (LATE if got.late > FORGIVEN else UNSTEADY if task.speed_rad_s else NO_BREAK_AWAY)
         )
     got.begin_anew()
-    stiffer, calmer = SERVOS[got.servo]
-    motion.rig = replace(motion.rig, stiffer=stiffer, calmer=calmer)
+    motion.rig = motion.rig.with_servo(got.servo)

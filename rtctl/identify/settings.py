@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hw.motion import words
+from rtctl.check.speed_servo import slowed_until_quiet
 from rtctl.errors import ConfigError
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
@@ -39,6 +40,21 @@ MARGIN = 0.05
 TOP_RAD_S = 2.0
 """Highest speed of a rotary axis, unless told otherwise or its velocity limit is lower; of a linear axis its
 highest speed stands for this one."""
+
+
+SERVOS = ((1.0, 1.0), (4.0, 1.0), (4.0, 3.0))
+"""What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so
+many times.
+
+Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v
+g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
+Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
+joint, which then jumps from count to count."""
+
+UNSOUND = (
+    "no speed servo is stable on this joint, elastic and late as it is (docs/theory.md 9.1): declare its "
+    "damping (viscous_nms_rad, drive.joint_damping_nms_rad), make the drive quicker, or use identify --log"
+)
 
 
 @dataclass(frozen=True)
@@ -97,6 +113,14 @@ class Rig:
     calmer: float = 1.0
     """The servo's filter is so many times as slow, its damping as small."""
 
+    servos: tuple[tuple[float, float], ...] = SERVOS
+    """Those of `SERVOS` that are stable on this joint, each with its filter as slow as that takes."""
+
+    def with_servo(self, number: int) -> Rig:
+        """The same rig with another of its servos."""
+        stiffer, calmer = self.servos[number]
+        return replace(self, stiffer=stiffer, calmer=calmer)
+
     @property
     def turn_rad(self) -> float:
         """Travel over which places are spread: a turn, or 2 pi of what stands for a radian."""
@@ -134,8 +158,7 @@ class Rig:
     def wind_up_rad(self) -> float:
         """How far the servo's reference is ahead of a joint that stands still when all its torque is there.
 
-        At a slow loop rate the servo is soft and this is long: 0.5 rad at 250 Hz on the mock, 0.04 rad at 1
-        kHz."""
+        At a slow loop rate the servo is soft and this is long: .5 rad at 250 Hz on the mock, .04 at 1 kHz."""
         return self.servo_max_nm / self.stiffness_nm_rad
 
 
@@ -193,7 +216,8 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
     Raises
     ------
     ConfigError
-        No such axis, a speed above the rig's limit, or a travel shorter than its margins."""
+        No such axis, a speed above the rig's limit, a travel shorter than its margins, or a joint on which no
+        speed servo is stable."""
     config = loaded.config
     axis = _axis(loaded, settings.axis)
     if (
@@ -222,7 +246,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         )
     # as the logs have it: a carriage at its top speed stands for a joint at 2 rad/s
     radian = settings.speed_max_rad_s / TOP_RAD_S if axis.motion == "linear" else 1.0
-    return Rig(
+    rig = Rig(
         name=config.rig.name,
         axis=settings.axis,
         period_s=config.period_s,
@@ -237,6 +261,25 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         radian=radian,
         motion=axis.motion,
     )
+    rig = replace(rig, servos=_stable_servos(loaded, rig))
+    return rig.with_servo(0)
+
+
+def _stable_servos(loaded: LoadedConfig, rig: Rig) -> tuple[tuple[float, float], ...]:
+    """`SERVOS` as slow as the joint asks for, where any is stable; ConfigError where the first is none."""
+
+    def slowed(stiffer: float, calmer: float) -> tuple[float, float] | None:
+        def gains(factor: float) -> tuple[float, float, float]:
+            one = replace(rig, stiffer=stiffer, calmer=calmer * factor)
+            return one.damping_nms_rad, one.stiffness_nm_rad, one.filter_s
+
+        factor = slowed_until_quiet(loaded, rig.axis, gains)
+        return None if factor is None else (stiffer, calmer * factor)
+
+    found = [slowed(*one) for one in SERVOS]
+    if found[0] is None:
+        raise ConfigError(f"{loaded.path}: axis {rig.axis}: {UNSOUND}")
+    return tuple(one for one in found if one is not None)
 
 
 def without_feedforward(loaded: LoadedConfig) -> LoadedConfig:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 LATE = ("tests/unit/identify/test_late_loop.py",)
+QUIET = ("tests/unit/identify/test_quiet_servo.py",)
 SIGNALS = ("tests/unit/identify/test_signals.py",)
 
 SEEDS = (
@@ -35,5 +36,26 @@ SEEDS = (
         "LATE if got.late > FORGIVEN else ",
         "",
         LATE,
+    ),
+    Seed(
+        "the servo of identification takes every joint for a rigid one",
+        "rtctl/check/speed_servo.py",
+        "            joints=joints,\n",
+        "",
+        QUIET,
+    ),
+    Seed(
+        "the servo of identification goes by a drive that is never late",
+        "rtctl/check/speed_servo.py",
+        "            delay=share * between.delay,\n",
+        "",
+        QUIET,
+    ),
+    Seed(
+        "the stiffer servos of a joint are not slowed",
+        "rtctl/identify/settings.py",
+        "        return None if factor is None else (stiffer, calmer * factor)\n",
+        "        return None if factor is None else (stiffer, calmer if stiffer > 1 else calmer * factor)\n",
+        QUIET,
     ),
 )

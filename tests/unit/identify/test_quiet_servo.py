@@ -1,0 +1,95 @@
+"""The speed servo of an identification rings on no elastic, late joint that it was made for: the simulated
+joint judges.
+
+With the gains of a rigid joint 14 of 40 random ones rang at .2 N m and more (decision 0171)."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CONFIG, variant
+
+from rtctl.errors import ConfigError, FaultError
+from rtctl.experiments.simulated_identification import drive
+from rtctl.identify.motion import Motion, Order
+from rtctl.identify.session import arm
+from rtctl.identify.settings import SERVOS, Settings, rig_of, without_feedforward
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
+
+CONFIGS = CONFIG.parent
+HAND = (CONFIGS / "mock-elastic.toml").read_text().partition("[[device.options.hand]]")[2]
+HAND = f"[[device.options.hand]]{HAND}"
+QUICK = Settings(bias_s=0.5)
+
+
+def rig_with(folder, hz, link_share, delay_ticks, bandwidth_hz=0.0, damped=0.01, told=0.04):
+    """An elastic joint without hand or help: where it swings freely, its link, its drive, its damping as
+    told."""
+    reduced, omega = link_share * (1 - link_share) * 0.012, 2 * np.pi * hz
+    loop = f"current_loop = {{ bandwidth_hz = {bandwidth_hz} }}\n" if bandwidth_hz else ""
+    text = (
+        ("stiffness_nm_rad = 106.6 ", f"stiffness_nm_rad = {reduced * omega**2:.6g} "),
+        ("damping_nms_rad = 0.02262 ", f"damping_nms_rad = {2 * damped * reduced * omega:.6g} "),
+        ("link_inertia_share = 0.5 ", f"link_inertia_share = {link_share} "),
+        ("ripple_order = 1.0\n", f"ripple_order = 1.0\ntorque_delay_ticks = {delay_ticks}\n{loop}"),
+        ("coulomb_nm = 0.25 ", "coulomb_nm = 0.04 "),
+        ("breakaway_nm = 0.35 ", "breakaway_nm = 0.05 "),
+        ('model = "friction/mock.json"', "#"),
+        ('policy = "hybrid"', 'policy = "off"'),
+        ("viscous_nms_rad = 0.04 ", f"viscous_nms_rad = {told} "),
+        (HAND, '[[device.options.hand]]\nkind = "none"\n'),
+    )
+    return without_feedforward(load(variant(folder, *text, source=CONFIGS / "mock-elastic.toml")))
+
+
+def chatter_nm(loaded, rig, speed_rad_s=0.5):
+    """RMS change of the torque from tick to tick while the servo turns the joint, after 1 s."""
+    simulation, motion, seen = Simulation(loaded), Motion(rig, QUICK), []
+
+    def steps():
+        yield from motion.see_any(Order(look_s=0.7))
+        yield from arm(motion)
+        motion.choose_travel()
+        seen.append((yield from motion.watch(1.5, motion.turn(speed_rad_s))))
+
+    try:
+        drive(simulation, steps(), rig.axis)
+    except FaultError:  # it rang until the rig was stopped
+        return math.inf
+    return float(np.std(np.diff(seen[0]["torque_applied_nm"][1000:, 0])))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("hz", "share", "delay", "bandwidth"), [(139, 0.67, 1, 200), (106, 0.78, 0, 200), (31, 0.62, 3, 500)]
+)
+def test_a_servo_that_would_ring_is_slowed_until_it_does_not(tmp_path, hz, share, delay, bandwidth):
+    loaded = rig_with(tmp_path, hz, share, delay, bandwidth, damped=0.007)
+    rig = rig_of(loaded, QUICK)
+    assert len(rig.servos) == len(SERVOS)
+    assert chatter_nm(loaded, replace(rig, stiffer=1.0, calmer=1.0)) > 0.05, "else nothing is shown"
+    # a count of the encoder makes .008 N m
+    assert all(chatter_nm(loaded, rig.with_servo(k)) < 0.02 for k in range(len(SERVOS)))
+
+
+@pytest.mark.parametrize("name", ["mock.toml", "mock-identify.toml", "mock-elastic.toml", "can-odrive.toml"])
+def test_a_joint_on_which_it_does_not_ring_keeps_its_servo(name):
+    rig = rig_of(load(CONFIGS / name), QUICK)
+    assert (rig.servos, rig.stiffer, rig.calmer) == (SERVOS, 1.0, 1.0)
+
+
+def test_the_later_and_the_stiffer_the_slower(tmp_path):
+    found = [rig_of(rig_with(tmp_path, 100, 0.8, late), QUICK).servos for late in (0, 1, 2)]
+    calmer = np.array(found)[:, :, 1]
+    assert np.all(np.diff(calmer, axis=0) >= 0)
+    assert np.all(calmer[2] > calmer[0])
+    # a stiffer one asks for more of a rather slow filter
+    assert np.all(calmer[:, 1] >= calmer[:, 0])
+
+
+def test_a_joint_without_any_damping_is_refused_by_name(tmp_path):
+    loaded = rig_with(tmp_path, 100, 0.8, 3, damped=1e-12, told=1e-12)
+    with pytest.raises(ConfigError, match=r"axis 0: no speed servo .*joint_damping_nms_rad.*--log"):
+        rig_of(loaded, QUICK)
