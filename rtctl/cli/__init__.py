@@ -186,12 +186,7 @@ def _outcome() -> int:
     except NobodyReadsError:
         raise
     except OSError as error:
-        if error.errno == errno.ENOSPC and not error.filename:  # an error of a stream names no file
-            click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)
-            return 1
-        where = f"{error.filename}: " if error.filename else ""
-        report(RtctlError(f"{where}{error.strerror or error}"), as_json="--json" in sys.argv)
-        return 1
+        return _refused_by_the_machine(error)
     except Exception as error:  # whatever a library makes of Ctrl-C; anything else goes on as it is
         if _interrupts:
             return _interrupted()
@@ -210,6 +205,15 @@ def _show(error: click.ClickException) -> None:
         click.echo(json_text({**body, "exit_code": error.exit_code}))
     else:
         error.show()
+
+
+def _refused_by_the_machine(error: OSError) -> int:
+    if error.errno == errno.ENOSPC and not error.filename:  # an error of a stream names no file
+        click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)
+        return 1
+    where = f"{error.filename}: " if error.filename else ""
+    report(RtctlError(f"{where}{error.strerror or error}"), as_json="--json" in sys.argv)
+    return 1
 
 
 def _interrupted() -> int:

@@ -30,7 +30,7 @@ from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.waiting_loop import WaitingLoop, require_one_version
+from rtctl.host.waiting_loop import WaitingLoop, require_one_version, require_threads
 from rtctl.recording.state_folder import state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN, Look
@@ -182,6 +182,7 @@ class Host:
         endpoints, openings = self.runtime.endpoints, Openings.of(self.loaded)
         if openings.group is not None:
             self.runtime.open_to(openings.group)
+        require_threads()
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)

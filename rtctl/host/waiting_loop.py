@@ -6,11 +6,13 @@ Imports little: it is made before anything heavy is imported in the host."""
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import signal
 import socket
 import subprocess
 import sys
+import threading
 from typing import Self
 
 from hw import installed_anew  # first of all: it notes what is installed now
@@ -18,12 +20,28 @@ from rtctl.errors import RtctlError
 from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.standard_streams import above_standard_streams
 
+MORE_TASKS = "allow this user or service more processes and threads (`ulimit -u`, TasksMax= of its unit)"
+
 
 def require_one_version() -> None:
     """Raise RtctlError where rtctl was installed anew since this process began: it and its loop may have read
     some of either version."""
     if installed_anew():
         raise RtctlError("rtctl was installed anew while it started: start it again")
+
+
+def require_threads(count: int = 4) -> None:
+    """Raise RtctlError where this process may not start so many threads (ZeroMQ's two, and the recorders').
+
+    Asked before ZeroMQ does: it ends the process where it is refused one, without a name."""
+    enough = threading.Event()
+    try:
+        for _ in range(count):
+            threading.Thread(target=enough.wait, daemon=True).start()
+    except RuntimeError as error:
+        raise RtctlError(f"the host may start no more threads ({error}): {MORE_TASKS}") from error
+    finally:
+        enough.set()
 
 
 class WaitingLoop:
@@ -50,6 +68,10 @@ class WaitingLoop:
                 pass_fds=(line,),
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
             )
+        except OSError as error:  # EAGAIN, ENOMEM: said with what was refused
+            self._line.close()
+            said = f"the loop process cannot be started ({error.strerror})"
+            raise RtctlError(f"{said}: {MORE_TASKS}" if error.errno == errno.EAGAIN else said) from error
         except BaseException:
             self._line.close()
             raise

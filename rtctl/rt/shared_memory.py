@@ -16,6 +16,7 @@ The checksum covers every word with its position, so it also stands on weakly or
 
 from __future__ import annotations
 
+import fcntl
 import mmap
 import os
 import time
@@ -78,10 +79,7 @@ class Memory:
         self.n_axes = n_axes
         self.ring_rows = ring_rows
         parts = _layout(n_axes, ring_rows)
-        total = parts["end"][0]
-        if os.fstat(fd).st_size != total:
-            os.ftruncate(fd, total)
-        self._map = mmap.mmap(fd, total)
+        self._map = mmap.mmap(fd, parts["end"][0])
         self.header = self._part(parts, "header", HEADER)
         self.params = self._part(parts, "params", params_dtype(n_axes))
         self.model = self._part(parts, "model", MODEL)
@@ -105,7 +103,11 @@ class Memory:
     @classmethod
     def create(cls, n_axes: int, ring_rows: int, period_ns: int) -> Memory:
         """Make the memory; rows are zero. The descriptor is inheritable only through `pass_fds`."""
-        memory = cls(above_standard_streams(os.memfd_create("rtctl", os.MFD_CLOEXEC)), n_axes, ring_rows)
+        fd = above_standard_streams(os.memfd_create("rtctl", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING))
+        os.ftruncate(fd, _layout(n_axes, ring_rows)["end"][0])
+        # of this size for good: cut through /proc/PID/fd, it would end host and loop at their next look
+        fcntl.fcntl(fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
+        memory = cls(fd, n_axes, ring_rows)
         header = memory.header[0]
         header["n_axes"], header["ring_rows"], header["period_ns"] = n_axes, ring_rows, period_ns
         header["ahead_rows"] = ring_rows // 2  # the reader copies the other half meanwhile

@@ -57,4 +57,29 @@ SEEDS = (
         "if True:",
         ("tests/unit/cli/test_last_words.py::test_a_program_whose_files_were_replaced_says_so",),
     ),
+    Seed(
+        "the memory of host and loop can be cut by whoever runs as the same user",
+        "rtctl/rt/shared_memory.py",
+        "fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL",
+        "fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL",
+        ("tests/unit/test_shm.py::test_nobody_makes_it_smaller_or_larger",),
+    ),
+    Seed(
+        "threads that are refused are found out by ZeroMQ, which ends the process without a name",
+        "rtctl/host/waiting_loop.py",
+        "    except RuntimeError as error:\n",
+        "    except MemoryError as error:\n",
+        (
+            "tests/unit/host/test_few_tasks.py::test_threads_that_are_refused_are_named_and_those_that_were_begun_end",
+        ),
+    ),
+    Seed(
+        "a loop process that the machine refuses is not named",
+        "rtctl/host/waiting_loop.py",
+        "except OSError as error:  # EAGAIN",
+        "except EOFError as error:  # EAGAIN",
+        (
+            "tests/unit/host/test_few_tasks.py::test_a_loop_process_that_cannot_be_started_is_named_and_leaves_nothing",
+        ),
+    ),
 )

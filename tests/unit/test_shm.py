@@ -9,7 +9,7 @@ import pytest
 
 from rtctl.control import mailbox
 from rtctl.control.records import command_dtype
-from rtctl.rt.shared_memory import MAILBOX_SLOTS, CommandWriter, Memory, RingReader, words
+from rtctl.rt.shared_memory import HEADER, MAILBOX_SLOTS, CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
 
 
@@ -167,6 +167,25 @@ def test_attaching_to_something_else_is_refused():
     fd = os.memfd_create("other")
     os.ftruncate(fd, 4096)
     with pytest.raises(ValueError, match="not rtctl's"):
+        Memory.attach(fd)
+    os.close(fd)
+
+
+@pytest.mark.parametrize("change", [-1, 1])
+def test_nobody_makes_it_smaller_or_larger(memory, change):
+    size = os.fstat(memory.fd).st_size
+    with (
+        Path(f"/proc/self/fd/{memory.fd}").open("r+b", buffering=0) as other,
+        pytest.raises(PermissionError),
+    ):
+        os.ftruncate(other.fileno(), size + change)
+
+
+def test_one_that_is_too_short_for_what_it_says_is_refused(memory):
+    head = os.pread(memory.fd, HEADER.itemsize, 0)
+    fd = os.memfd_create("short")
+    os.write(fd, head)
+    with pytest.raises(ValueError, match="length is greater than file size"):
         Memory.attach(fd)
     os.close(fd)
 
