@@ -30,8 +30,8 @@ SEEDS = (
     Seed(
         "a full disk under standard output is told without a remedy",
         "rtctl/cli/__init__.py",
-        "        if error.errno == errno.ENOSPC and not error.filename:",
-        "        if False:",
+        "    if error.errno == errno.ENOSPC and not error.filename:",
+        "    if False:",
         ("tests/unit/cli/test_last_words.py::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
     Seed(
@@ -156,8 +156,8 @@ SEEDS = (
     Seed(
         "what the machine refuses is a traceback",
         "rtctl/cli/__init__.py",
-        "    except OSError as error:\n        if",
-        "    except BlockingIOError as error:\n        if",
+        "    except OSError as error:\n        return _refused",
+        "    except BlockingIOError as error:\n        return _refused",
         ("tests/unit/cli/test_last_words.py::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
     Seed(
