@@ -141,8 +141,8 @@ def _agreement(one: Found) -> str:
     )
     best = "as good as the best rung" if over.times <= NEAR else f"{_over(over)} times the best rung"
     return (
-        f"What the ladder chooses errs {mnm(one.chosen_nm)} mN m on what it did not see ({_unseen(one)}), {told} "
-        f"({mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
+        f"What the ladder chooses errs {mnm(one.chosen_nm)} mN m on what it did not see ({_unseen(one)}), "
+        f"{told} ({mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
     )
 
 
