@@ -102,7 +102,7 @@ def _figures(found: Sequence[Found]) -> str:
 
 
 def _unseen(one: Found) -> str:
-    """Rows that a fit has not seen, in words: nothing within a session knows what the next one differs by."""
+    """What each fit has not seen: nothing within a session knows what the next one differs by."""
     return "next sessions" if one.way == "log" else f"{hold_out.HELD_OUT[one.way]} of the same session"
 
 
