@@ -25,8 +25,8 @@ SEEDS = (
     Seed(
         "the lag turns the phase but does not weaken",
         "rtctl/control/proofs/sampled_loop.py",
-        "        ratio = 1 - 2 * tau * sine2 * (1 - q * q)",
-        "        ratio = 1 - 0 * tau * sine2 * (1 - q * q)",
+        "return np.asarray(1 - 2 * tau * sine2 * (1 - q * q)",
+        "return np.asarray(1 - 0 * tau * sine2 * (1 - q * q)",
         LOOP,
     ),
     Seed(
@@ -53,22 +53,22 @@ SEEDS = (
     Seed(
         "old samples are proved behind a delay that does not change",
         "rtctl/control/proofs/stability.py",
-        "held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d))",
-        "held_samples.damping_needed(k_c, b_c, T, n, d, lag)",
+        "held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d), over)",
+        "held_samples.damping_needed(k_c, b_c, T, n, d, lag, 0.0, over)",
         LOOP,
     ),
     Seed(
         "a delay that changes is proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
-        "        lags = {lag_ticks(hz, T) for _, hz in cases}\n",
-        "        lags = {lag_ticks(between.lag_hz, T)}\n",
+        "        lags = {(lag_ticks(hz, T), over) for _, hz, over in cases}\n",
+        "        lags = {(lag_ticks(between.lag_hz, T), 0.0)}\n",
         LOOP,
     ),
     Seed(
         "old samples are proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
-        "            for lag in {0.0, lag_ticks(between.lag_hz, T)}\n",
-        "            for lag in {lag_ticks(between.lag_hz, T)}\n",
+        "            for lag, over in {(0.0, 0.0), (lag_ticks(between.lag_hz, T), between.overshoot)}\n",
+        "            for lag, over in {(lag_ticks(between.lag_hz, T), between.overshoot)}\n",
         LOOP,
     ),
     Seed(
