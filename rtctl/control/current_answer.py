@@ -243,7 +243,7 @@ def _overshoots(s: Record, p: Record, axis: int, n: int, step: float) -> bool:
         for k in range(n):
             total += y[k] - (y[k - width] if k >= width else 0.0)
             peak = total / width - noise / math.sqrt(width)
-            if k >= width and peak > end + most * step:
+            if k + 1 >= width and peak > end + most * step:
                 return True
     return False
 

@@ -26,8 +26,8 @@ SEEDS = (
     Seed(
         "the test pulse does not see a current that exceeds its steps",
         "rtctl/control/current_answer.py",
-        "if k >= width and peak > end + most * step:",
-        "if k >= width and peak > end + step:",
+        "if k + 1 >= width and peak > end + most * step:",
+        "if k + 1 >= width and peak > end + step:",
         (f"{ANSWER}::test_a_current_that_exceeds_the_step_is_refused_unless_it_is_declared",),
     ),
     Seed(

@@ -88,7 +88,7 @@ def ringing(sent, overshoot, hz):
     return shown
 
 
-@pytest.mark.parametrize(("overshoot", "hz"), [(0.16, 80), (0.16, 150), (0.3, 60), (0.3, 250)])
+@pytest.mark.parametrize(("overshoot", "hz"), [(0.16, 80), (0.16, 150), (0.3, 60), (0.3, 450)])
 def test_a_current_that_exceeds_the_step_is_refused_unless_it_is_declared(overshoot, hz):
     sent = pulse()
     shown = ringing(sent, overshoot, hz)
