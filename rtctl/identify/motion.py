@@ -19,6 +19,7 @@ from rtctl.identify.ended import what_ended
 from rtctl.identify.late_ticks import late_ticks
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
+from rtctl.identify.travel_guard import SPARE_S, guards_rad
 from rtctl.tick import joined
 
 T = TypeVar("T")
@@ -26,8 +27,6 @@ T = TypeVar("T")
 # hand, travel and slip are guarded by the law at its own rate: this is only how often the procedure plans
 LOOK_S = 0.05
 ACCELERATION_RAD_S2 = 10.0
-SPARE_S = 0.15
-"""Time a host may be late in ending a motion; the planned travel leaves room for it."""
 REST_S, REST_PATIENCE_S = 0.3, 5.0
 CREEP_RAD_S, CREEP_PATIENCE_S = 0.01, 30.0
 """On the flank of a detent that pulls about as much as friction holds a joint creeps no faster, for
@@ -126,14 +125,8 @@ class Motion:
     def order(self, kind: Program, limit_s: float, **values: float) -> dict[str, float]:
         """Fields of a new program; `values` without the prefix `program_`."""
         rig, v = self.rig, values.get("velocity_rad_s", 0.0)
-        # the guard is half a margin beyond what is planned; where a late host left the joint out there, a
-        # little behind it: an encoder that flickers there goes outward at times
-        half_rad = 0.5 * self.settings.margin_rad
-        low_rad, high_rad = self.low_rad - half_rad, self.high_rad + half_rad
-        if v > 0.0:
-            low_rad = min(low_rad, self.position_rad - 0.5 * half_rad)
-        elif v < 0.0:
-            high_rad = max(high_rad, self.position_rad + 0.5 * half_rad)
+        travel = self.low_rad, self.high_rad
+        low_rad, high_rad = guards_rad(rig, travel, self.position_rad, self.settings.margin_rad, v)
         self._count += 1
         fields = {
             "count": self._count,
@@ -146,8 +139,8 @@ class Motion:
             "torque_max_nm": rig.servo_max_nm,
             **dict.fromkeys(("velocity_rad_s", "ramp_nm_s", "fast_nm"), 0.0),
             "slip_rad": SLIP_RAD * rig.radian,
-            "min_rad": max(rig.position_min_rad, low_rad),
-            "max_rad": min(rig.position_max_rad, high_rad),
+            "min_rad": low_rad,
+            "max_rad": high_rad,
             "hand_nm": rig.hand_limit_nm,
             "hand_zero_nm": self.hand_zero_nm,
             **values,

@@ -10,12 +10,13 @@ import numpy as np
 from rtctl.identify.collected import FORGIVEN, Collected, UnsteadyError
 from rtctl.identify.late_ticks import LATE_SHARE, ran_late
 from rtctl.identify.measurement_order import Task
-from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, Order, Steps
+from rtctl.identify.motion import LOOK_S, SLIP_RAD, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.slip import slip
 from rtctl.identify.tick_readings import is_even, is_steady, measure, stops_and_starts
 from rtctl.identify.ticks import before_the_guard
+from rtctl.identify.travel_guard import SPARE_S
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03

@@ -10,11 +10,12 @@ from rtctl.errors import DataError
 from rtctl.friction.points import POINTS_MAX
 from rtctl.identify.cogging import Cogging, cogging_of
 from rtctl.identify.late_ticks import on_every_slot
-from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
+from rtctl.identify.motion import HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room
 from rtctl.identify.points import settle
 from rtctl.identify.ticks import before_the_guard
+from rtctl.identify.travel_guard import SPARE_S
 from rtctl.identify.windows import run_up_rad
 
 _PER_RIPPLE = 16

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rtctl.identify.motion import LOOK_S, SPARE_S, Motion
+from rtctl.identify.motion import LOOK_S, Motion
+from rtctl.identify.travel_guard import SPARE_S
 
 # one count is then a twelfth of the way; less, and the speed of a window is the encoder's
 COUNTS_PER_WINDOW = 12

@@ -6,6 +6,7 @@ from seed import Seed
 
 LATE = ("tests/unit/identify/test_late_loop.py",)
 QUIET = ("tests/unit/identify/test_quiet_servo.py",)
+GUARD = ("tests/unit/identify/test_travel_guard.py",)
 SIGNALS = ("tests/unit/identify/test_signals.py",)
 
 SEEDS = (
@@ -57,5 +58,19 @@ SEEDS = (
         "        return None if factor is None else (stiffer, calmer * factor)\n",
         "        return None if factor is None else (stiffer, calmer if stiffer > 1 else calmer * factor)\n",
         QUIET,
+    ),
+    Seed(
+        "the guard of a quick motion leaves no room to be braked in",
+        "rtctl/identify/travel_guard.py",
+        "            stopped = side * end - run_on_rad(rig, abs(v))\n",
+        "            stopped = side * end\n",
+        GUARD,
+    ),
+    Seed(
+        "the guard of a motion inward is in front of a joint that is outside",
+        "rtctl/identify/travel_guard.py",
+        "            beyond = max(beyond, side * here_rad + 0.5 * half_rad)\n",
+        "            pass\n",
+        GUARD,
     ),
 )

@@ -1,0 +1,68 @@
+"""A motion that a late host lets run out of its travel is braked within the ends of the rig file.
+
+At 2 rad/s, the default, none was: half a margin, 25 mrad, was left to be braked in, and it takes 60."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CONFIG, variant
+
+from rtctl.control.vocabulary import ProgramFlag, State
+from rtctl.experiments.simulated_identification import drive
+from rtctl.identify.motion import Motion, Order
+from rtctl.identify.session import arm
+from rtctl.identify.settings import Settings, rig_of, without_feedforward
+from rtctl.identify.travel_guard import SPARE_S, guards_rad, run_on_rad
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
+
+ENDS = ("current_limit_a = 10.0", "position_min_rad = -1.5\nposition_max_rad = 1.5\ncurrent_limit_a = 10.0")
+LITTLE = (("coulomb_nm = 0.25 ", "coulomb_nm = 0.03 "), ("breakaway_nm = 0.35 ", "breakaway_nm = 0.04 "))
+QUICK = Settings(bias_s=0.5)
+RIG = rig_of(load(CONFIG), QUICK)
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.5, 2.0])
+@pytest.mark.parametrize("calmer", [1.0, 5.0])
+def test_a_joint_runs_on_as_far_as_the_brake_lets_it(speed, calmer):
+    rig, dt, way, v = replace(RIG, calmer=calmer), 1e-5, 0.0, speed
+    while v > 1e-3 * speed:
+        v -= dt * min(rig.damping_nms_rad * v, 0.2 * rig.torque_limit_nm) / rig.inertia_kgm2
+        way += dt * v
+    assert run_on_rad(rig, speed) == pytest.approx(way, rel=5e-3)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_guard_leaves_room_to_be_braked_and_none_is_met_in_time(way):
+    rig, travel = replace(RIG, position_min_rad=-1.5, position_max_rad=1.5), (-1.45, 1.45)
+
+    def outer(speed, weak=1.0):
+        one = replace(rig, inertia_kgm2=weak * rig.inertia_kgm2)
+        return way * guards_rad(one, travel, 0.0, 0.05, way * speed)[way > 0]
+
+    assert outer(0.1) == pytest.approx(1.475), "half a margin beyond what is planned, as ever"
+    assert outer(2.0) == pytest.approx(1.5 - run_on_rad(rig, 2.0))
+    assert outer(2.0, weak=20.0) == pytest.approx(1.45 - 0.5 * SPARE_S * 2.0)
+    assert -outer(-2.0) == pytest.approx(-1.475), "behind the joint nothing is braked"
+    back = guards_rad(rig, travel, way * 1.48, 0.05, -way * 0.5)
+    assert way * back[way > 0] == pytest.approx(1.4925), "a joint that is out there may come back"
+
+
+@pytest.mark.compiled
+def test_a_late_host_lets_no_joint_leave_its_travel(tmp_path):
+    loaded = without_feedforward(load(variant(tmp_path, ENDS, *LITTLE)))
+    simulation, motion, seen = Simulation(loaded), Motion(rig_of(loaded, QUICK), QUICK), []
+
+    def steps():
+        yield from motion.see_any(Order(look_s=0.7))
+        yield from arm(motion)
+        motion.choose_travel()
+        yield from motion.see(Order(motion.turn(-1.0).fields, 1.0))
+        seen.append((yield from motion.see_any(Order(motion.turn(2.0).fields, 3.0))))
+
+    drive(simulation, steps(), 0)
+    last = seen[0][-1]
+    assert last["state"] == State.ACTIVE, "beyond its end the rig would have been cut"
+    assert ProgramFlag(int(last["program_flags"][0])) is ProgramFlag.TRAVEL
+    assert 1.42 < np.max(seen[0]["position_rad"]) < 1.5
