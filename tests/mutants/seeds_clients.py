@@ -30,8 +30,8 @@ SEEDS = (
     Seed(
         "a full disk under standard output is told without a remedy",
         "rtctl/cli/__init__.py",
-        "        if error.errno == errno.ENOSPC and not error.filename:",
-        "        if False:",
+        "    if error.errno == errno.ENOSPC and not error.filename:",
+        "    if False:",
         ("tests/unit/cli/test_last_words.py::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
     Seed(
@@ -156,8 +156,8 @@ SEEDS = (
     Seed(
         "what the machine refuses is a traceback",
         "rtctl/cli/__init__.py",
-        "    except OSError as error:\n        if",
-        "    except BlockingIOError as error:\n        if",
+        "    except OSError as error:\n        return _refused",
+        "    except BlockingIOError as error:\n        return _refused",
         ("tests/unit/cli/test_last_words.py::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
     Seed(
@@ -170,14 +170,14 @@ SEEDS = (
     Seed(
         "a mistake in rtctl is an interrupt",
         "rtctl/cli/__init__.py",
-        "        if not _interrupts:\n            raise\n",
-        "",
+        "        if _interrupts:\n",
+        "        if True:\n",
         ("tests/unit/cli/test_last_words.py::test_a_mistake_in_rtctl_keeps_its_traceback",),
     ),
     Seed(
         "an early Ctrl-C is a traceback",
         "rtctl/__main__.py",
-        "        signal.signal(signal.SIGINT, signal.SIG_DFL)",
+        "        signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))",
         "        pass",
         (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
@@ -186,7 +186,7 @@ SEEDS = (
     Seed(
         "an early Ctrl-C ends who was told to ignore it",
         "rtctl/__main__.py",
-        "    if heard is signal.default_int_handler:  # else",
+        "    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else",
         "    if True:  # else",
         (
             "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
@@ -195,9 +195,9 @@ SEEDS = (
     Seed(
         "a user without a home has a traceback",
         "hw/outside.py",
-        "    except RuntimeError:\n        return Path",
         "    except KeyError:\n        return Path",
-        ("tests/unit/cli/test_last_words.py::test_a_user_without_a_home_has_folders_all_the_same",),
+        "    except RuntimeError:\n        return Path",
+        ("tests/unit/test_user_folders.py::test_a_user_without_a_home_has_folders_all_the_same",),
     ),
     Seed(
         "a service that cannot start has no status",

@@ -6,7 +6,7 @@ from __future__ import annotations
 from seed import Seed
 
 ZERO = "tests/unit/host/test_force_zero.py::test_a_zero_of_other_devices_judges_too_and_is_said_to_be_one"
-HOME = "tests/unit/cli/test_last_words.py::test_a_folder_that_depends_on_the_working_directory_is_none"
+HOME = "tests/unit/test_user_folders.py::test_a_folder_that_depends_on_the_working_directory_is_none"
 CTRL_C = "tests/unit/cli/test_last_words.py::test_ctrl_c_never_ends_it_by_the_signal_itself"
 FILE = "rtctl/host/exchange/force_zero.py"
 

@@ -15,8 +15,6 @@ import pytest
 from click.testing import CliRunner
 
 import rtctl.cli
-from hw import outside
-from hw.jit import cache_root
 from rtctl.cli import cli, main
 from rtctl.cli.invocation import shown
 from rtctl.cli.number import Number
@@ -24,11 +22,9 @@ from rtctl.cli.outputs import OutputFile, OutputFolder
 from rtctl.errors import ConfigError
 from rtctl.host import flight_recorder
 from rtctl.recording import recorder
-from rtctl.recording.state_folder import state_root
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 from rtctl.wire.endpoints import RuntimeDirectory
-from rtctl.wire.protocol import runtime_root
 
 ROOT = Path(__file__).parents[3]
 NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
@@ -148,32 +144,6 @@ def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatc
         done = CliRunner().invoke(cli, ["run", str(tmp_path / "absent.toml")])
         assert isinstance(done.exception, ConfigError)
         assert f"STATUS={done.exception}" == manager.recv(4096).decode()
-
-
-@pytest.mark.parametrize("where", [state_root, cache_root])
-def test_a_user_without_a_home_has_folders_all_the_same(where, monkeypatch):
-    for name in ("RTCTL_STATE_DIR", "STATE_DIRECTORY", "XDG_STATE_HOME", "HOME",
-                 "RTCTL_CACHE_DIR", "CACHE_DIRECTORY", "XDG_CACHE_HOME"):  # fmt: skip
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(outside.pwd, "getpwuid", {}.__getitem__)  # as where nobody knows the user
-    assert where().is_absolute()
-    assert where().name == "rtctl"
-
-
-@pytest.mark.parametrize("where", [state_root, cache_root, runtime_root])
-@pytest.mark.parametrize("told", ["", "here"])
-def test_a_folder_that_depends_on_the_working_directory_is_none(where, told, monkeypatch, tmp_path):
-    for name in ("RTCTL_STATE_DIR", "STATE_DIRECTORY", "RTCTL_CACHE_DIR", "CACHE_DIRECTORY",
-                 "RTCTL_RUNTIME_DIR", "RUNTIME_DIRECTORY"):  # fmt: skip
-        monkeypatch.delenv(name, raising=False)
-    for name in ("HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR"):
-        monkeypatch.setenv(name, told)
-    before = where()
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path)
-    assert where() == before
-    assert where().is_absolute()
-    assert where() != Path("/.local/state/rtctl")
 
 
 @pytest.mark.parametrize("kind", [OutputFile(), OutputFolder()])
