@@ -19,7 +19,7 @@ from hw.code_cache import keep
 from hw.compile_key import versions
 from hw.numba_alone import config as numba_config
 from hw.numba_alone import numba, numpy_support
-from hw.outside import home
+from hw.outside import user_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -45,10 +45,10 @@ def cache_root() -> Path:
 
 
 @cache
-# `_home`: `home` looks at HOME, so another one is another answer
-def _cache_root(own: str | None, service: str | None, user: str | None, _home: str | None) -> Path:
+# `user_folder` looks at both of the others, so another one is another answer
+def _cache_root(own: str | None, service: str | None, _user: str | None, _home: str | None) -> Path:
     # what somebody says first, then the service's own folder, which nobody else can write
-    return Path(own or service or Path(user or home() / ".cache") / "rtctl")
+    return Path(own or service or user_folder("XDG_CACHE_HOME", ".cache") / "rtctl")
 
 
 def compiled_folder() -> Path:

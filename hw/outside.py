@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import pwd
 import re
 import stat
 import tomllib
@@ -58,11 +59,24 @@ def real(path: Path | str) -> Path:
 
 
 def home() -> Path:
-    """The user's home folder; `/`, as in most containers, of a user whom no password file knows."""
+    """The user's home folder: HOME, else what the password file says; `/`, as in most containers, of a user
+    whom it does not know."""
+    told = Path(os.environ.get("HOME", ""))
+    if told.is_absolute():
+        return told
     try:
-        return Path.home()
-    except RuntimeError:
+        return Path(pwd.getpwuid(os.getuid()).pw_dir)
+    except KeyError:
         return Path("/")
+
+
+def user_folder(variable: str, *below: str) -> Path:
+    """The folder that a variable of the user's session names, else this one below the home.
+
+    A relative one counts for nothing, as the XDG base directories have it: in every working directory it
+    would be another one, and a daemon find neither the lock nor the zero of the force of the one before."""
+    told = Path(os.environ.get(variable, ""))
+    return told if told.is_absolute() else home().joinpath(*below)
 
 
 def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hw.outside import home, real
+from hw.outside import real, user_folder
 from rtctl.wire.protocol import rig_directory
 
 if TYPE_CHECKING:
@@ -25,8 +25,7 @@ def state_root() -> Path:
     chosen = os.environ.get("RTCTL_STATE_DIR") or os.environ.get("STATE_DIRECTORY", "").split(":")[0]
     if chosen:
         return Path(chosen).absolute()
-    base = os.environ.get("XDG_STATE_HOME") or str(home() / ".local" / "state")
-    return Path(base).absolute() / "rtctl"
+    return user_folder("XDG_STATE_HOME", ".local", "state") / "rtctl"
 
 
 def state_folder(rig: str, root: Path | None = None) -> Path:

@@ -82,8 +82,8 @@ def runtime_root() -> Path:
         return Path(own).absolute().parent
     session = os.environ.get("XDG_RUNTIME_DIR")
     # without a session (cron, su) the variable may name a folder that is gone
-    if session and Path(session).is_dir():
-        return Path(session).absolute() / "rtctl"
+    if session and Path(session).is_absolute() and Path(session).is_dir():
+        return Path(session) / "rtctl"
     return Path(tempfile.gettempdir()).absolute() / f"rtctl-{os.geteuid()}"
 
 

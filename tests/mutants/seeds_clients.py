@@ -170,8 +170,8 @@ SEEDS = (
     Seed(
         "a mistake in rtctl is an interrupt",
         "rtctl/cli/__init__.py",
-        "        if _interrupts:\n            return _interrupted()\n",
-        "        return _interrupted()\n",
+        "        if _interrupts:\n",
+        "        if True:\n",
         ("tests/unit/cli/test_last_words.py::test_a_mistake_in_rtctl_keeps_its_traceback",),
     ),
     Seed(
@@ -195,9 +195,9 @@ SEEDS = (
     Seed(
         "a user without a home has a traceback",
         "hw/outside.py",
-        "    except RuntimeError:\n        return Path",
         "    except KeyError:\n        return Path",
-        ("tests/unit/cli/test_last_words.py::test_a_user_without_a_home_has_folders_all_the_same",),
+        "    except RuntimeError:\n        return Path",
+        ("tests/unit/test_user_folders.py::test_a_user_without_a_home_has_folders_all_the_same",),
     ),
     Seed(
         "a service that cannot start has no status",

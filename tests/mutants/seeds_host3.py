@@ -6,6 +6,7 @@ from __future__ import annotations
 from seed import Seed
 
 ZERO = "tests/unit/host/test_force_zero.py::test_a_zero_of_other_devices_judges_too_and_is_said_to_be_one"
+HOME = "tests/unit/test_user_folders.py::test_a_folder_that_depends_on_the_working_directory_is_none"
 CTRL_C = "tests/unit/cli/test_last_words.py::test_ctrl_c_never_ends_it_by_the_signal_itself"
 FILE = "rtctl/host/exchange/force_zero.py"
 
@@ -81,5 +82,19 @@ SEEDS = (
         (
             "tests/unit/host/test_few_tasks.py::test_a_loop_process_that_cannot_be_started_is_named_and_leaves_nothing",
         ),
+    ),
+    Seed(
+        "a relative XDG folder keeps a rig's zero and lock in the working directory",
+        "hw/outside.py",
+        "return told if told.is_absolute() else home()",
+        "return told.absolute() if str(told) != '.' else home()",
+        (HOME,),
+    ),
+    Seed(
+        "a relative HOME is a home",
+        "hw/outside.py",
+        "    if told.is_absolute():\n        return told\n    try",
+        "    if str(told) != '.':\n        return told\n    try",
+        (HOME,),
     ),
 )

@@ -15,7 +15,6 @@ import pytest
 from click.testing import CliRunner
 
 import rtctl.cli
-from hw.jit import cache_root
 from rtctl.cli import cli, main
 from rtctl.cli.invocation import shown
 from rtctl.cli.number import Number
@@ -23,7 +22,6 @@ from rtctl.cli.outputs import OutputFile, OutputFolder
 from rtctl.errors import ConfigError
 from rtctl.host import flight_recorder
 from rtctl.recording import recorder
-from rtctl.recording.state_folder import state_root
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 from rtctl.wire.endpoints import RuntimeDirectory
@@ -146,16 +144,6 @@ def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatc
         done = CliRunner().invoke(cli, ["run", str(tmp_path / "absent.toml")])
         assert isinstance(done.exception, ConfigError)
         assert f"STATUS={done.exception}" == manager.recv(4096).decode()
-
-
-@pytest.mark.parametrize("where", [state_root, cache_root])
-def test_a_user_without_a_home_has_folders_all_the_same(where, monkeypatch):
-    for name in ("RTCTL_STATE_DIR", "STATE_DIRECTORY", "XDG_STATE_HOME", "HOME",
-                 "RTCTL_CACHE_DIR", "CACHE_DIRECTORY", "XDG_CACHE_HOME"):  # fmt: skip
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # as where nobody knows the user
-    assert where().is_absolute()
-    assert where().name == "rtctl"
 
 
 @pytest.mark.parametrize("kind", [OutputFile(), OutputFolder()])
