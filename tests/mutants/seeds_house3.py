@@ -95,4 +95,11 @@ SEEDS = (
         "cycle_s = rig.period_s",
         ("tests/unit/hw/test_declared.py",),
     ),
+    Seed(
+        "a force is of this tick, however old its device's samples may be",
+        "rtctl/check/force_way.py",
+        "age_ticks if says else 0",
+        "0",
+        ("tests/unit/cli/test_check_force_sensor.py",),
+    ),
 )
