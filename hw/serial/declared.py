@@ -2,10 +2,13 @@
 
 A board sends its state at least once a period and takes a command at the begin of its next cycle, so with a
 cycle no longer than the loop's period a sample is at most one period old, and a command waits at most one
-more. Both frames besides need their time on the wire (ten bits a byte; a USB board is faster). Board and loop
+more; where `rate_hz` says that it sends more seldom, its cycle takes the place of the period. Both frames
+besides need their time on the wire (ten bits a byte; a USB board is faster). Board and loop
 have clocks of their own: of all that up to one period may come and go."""
 
 from __future__ import annotations
+
+import math
 
 from hw.field_units import force_numbers
 from hw.interface import Options, Rig, Shown, Timing
@@ -24,10 +27,14 @@ def command_packet_bytes(n_axes: int) -> int:
 
 
 def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
+    # of a board that sends more seldom than the loop reads: its cycle is what lies between two samples, and
+    # what a command may wait for; a thousandth is how far two clocks are apart, not a slower board
+    cycle_s = 1.0 / float(options.get("rate_hz") or math.inf)
+    cycle_s = cycle_s if cycle_s > 1.001 * rig.period_s else rig.period_s
     # ten bits a byte: start, eight of data, stop
-    # one period that the sample is old at most, one that the command waits at most
-    delay_s = 2 * rig.period_s + 10 * wire_bytes / float(options.get("baud") or 921_600)
-    return [Timing(delay_s=delay_s, sample_period_s=rig.period_s, jitter_s=rig.period_s)] * rig.n_axes
+    # one period that the sample is old at most when it is read, one cycle that the command waits at most
+    delay_s = rig.period_s + cycle_s + 10 * wire_bytes / float(options.get("baud") or 921_600)
+    return [Timing(delay_s=delay_s, sample_period_s=cycle_s, jitter_s=cycle_s)] * rig.n_axes
 
 
 def timing(options: Options, rig: Rig) -> list[Timing]:

@@ -32,10 +32,11 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
     """What is declared and configured of the force that moves this axis."""
     table = loaded.config.axis[axis].force
     says = [("rig file", ForceSensor(table.sensor_lowpass_hz, table.sensor_delay_s))]
-    says = [(who, one) for who, one in says if one != ForceSensor()]
+    says, age_ticks = [(who, one) for who, one in says if one != ForceSensor()], 0
     for member in loaded.members():
         if "force" not in member.channels:
             continue
+        age_ticks = max(age_ticks, member.max_age_ticks)
         rig = subset(loaded.config.hardware(), member.axes)
         found = registry.force_sensor(member.kind, member.options, rig)
         says += [(member.label, found)] if found is not None else []
@@ -45,6 +46,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
     return ForceWay(
         min(cuts, default=0.0),  # each part at its worst, whoever says it
         # up: a proof for a later force covers an earlier one, tried at quarters of it
-        math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),
+        # nor earlier than its samples may be old; where nobody says anything nothing is counted on
+        max(math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS), age_ticks if says else 0),
         " and ".join(who for who, _ in says),
     )

@@ -49,8 +49,8 @@ SEEDS = (
     Seed(
         "a force that is late is rounded down to whole ticks",
         "rtctl/check/force_way.py",
-        "        math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),\n",
-        "        math.floor(late_s / loaded.config.period_s),\n",
+        "math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS)",
+        "math.floor(late_s / loaded.config.period_s)",
         (f"{CHECK}::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
     ),
     Seed(

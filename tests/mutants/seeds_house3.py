@@ -88,4 +88,18 @@ SEEDS = (
         'if self.channel == "none" and abs(',
         ("tests/unit/hw/test_can_constants.py",),
     ),
+    Seed(
+        "a board on a serial port sends a sample in every cycle, whatever its rate",
+        "hw/serial/declared.py",
+        "cycle_s = cycle_s if cycle_s > 1.001 * rig.period_s else rig.period_s",
+        "cycle_s = rig.period_s",
+        ("tests/unit/hw/test_declared.py",),
+    ),
+    Seed(
+        "a force is of this tick, however old its device's samples may be",
+        "rtctl/check/force_way.py",
+        "age_ticks if says else 0",
+        "0",
+        ("tests/unit/cli/test_check_force_sensor.py",),
+    ),
 )

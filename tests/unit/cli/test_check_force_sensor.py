@@ -9,6 +9,7 @@ import pytest
 
 from hw import registry
 from rtctl.check import (
+    force_way,
     law_plan,
     observer_tuning,
     stability_report,
@@ -163,6 +164,18 @@ def test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_t
     assert {(one.sensor_hz, one.sensor_ticks) for one in tried} == {
         (hz, ticks) for hz in (0.0, 2000.0) for ticks in range(4)
     } - {(2000.0, 3)}
+
+
+def test_a_force_is_as_late_as_the_samples_of_its_device_may_be():
+    """800 samples a second under a loop of 1 kHz are up to two ticks old, whatever low-pass is told."""
+    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
+    assert force_way.of_axis(loaded, 0).ticks == 0, "nobody says anything: nothing is counted on"
+    axis = loaded.config.axis[0]
+    for late_s, ticks in ((0.0, 2), (0.0015, 2), (0.0042, 5)):
+        told = axis.force.model_copy(update={"sensor_lowpass_hz": 300.0, "sensor_delay_s": late_s})
+        config = loaded.config.model_copy(update={"axis": (axis.model_copy(update={"force": told}),)})
+        way = force_way.of_axis(loaded.model_copy(update={"config": config}), 0)
+        assert (way.sensor_hz, way.ticks, way.said_by) == (300.0, ticks, "rig file")
 
 
 def test_a_sensor_of_which_nobody_says_what_its_filter_is_is_not_proved(monkeypatch):

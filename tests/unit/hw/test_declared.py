@@ -84,6 +84,20 @@ def test_a_board_is_late_by_the_bytes_that_its_packets_have_on_the_wire(more):
     assert found[0].delay_s == pytest.approx(2e-3 + 10 * wire / 115_200)
 
 
+@pytest.mark.parametrize("kind", ["serial", "serial-described", "serial-lines"])
+def test_a_board_that_sends_more_seldom_than_the_loop_reads_says_so(kind):
+    """`rtctl check` proved the coupling of a board of 250 Hz under a loop of 1 kHz with a sample a tick."""
+    given = config.load(CONFIGS / f"{kind if kind != 'serial-lines' else 'serial-simplefoc'}.toml").options
+    usual, slow, drifts, quick = (
+        registry.timing(kind, {**given, "rate_hz": rate_hz}, _rig())[0]
+        for rate_hz in (None, 250.0, 999.5, 2e3)
+    )
+    assert usual == drifts == quick
+    assert (usual.sample_period_s, usual.jitter_s) == (1e-3, 1e-3)
+    assert (slow.sample_period_s, slow.jitter_s) == (4e-3, 4e-3)
+    assert slow.delay_s == pytest.approx(usual.delay_s + 3e-3)  # a command waits for the board's cycle
+
+
 def test_an_odrive_that_is_asked_is_one_period_late_and_one_that_sends_slowly_is_old():
     loaded = config.load(CONFIGS / "can-odrive.toml")
     asked = registry.timing("odrive", {**loaded.options, "feedback": "request"}, _rig())[0]
