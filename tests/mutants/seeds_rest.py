@@ -119,8 +119,8 @@ SEEDS = (
     ),
     Seed(
         "the guard of the travel stops the way back from beyond it",
-        "rtctl/identify/motion.py",
-        "high_rad = max(high_rad, self.position_rad + 0.5 * half_rad)",
+        "rtctl/identify/travel_guard.py",
+        "beyond = max(beyond, side * here_rad + 0.5 * half_rad)",
         "pass",
         (
             "tests/unit/identify/test_late_host.py::test_the_way_back_from_beyond_the_guard_is_open_whatever_the_velocity_is_thought_to_be",
@@ -128,8 +128,8 @@ SEEDS = (
     ),
     Seed(
         "the way back opens the guard outward, too",
-        "rtctl/identify/motion.py",
-        "elif v < 0.0:",
+        "rtctl/identify/travel_guard.py",
+        "elif side * v < 0.0:",
         "if v != 0.0:",
         (
             "tests/unit/identify/test_late_host.py::test_the_way_back_from_beyond_the_guard_is_open_whatever_the_velocity_is_thought_to_be",

@@ -66,11 +66,4 @@ SEEDS = (
         "            stopped = side * end\n",
         GUARD,
     ),
-    Seed(
-        "the guard of a motion inward is in front of a joint that is outside",
-        "rtctl/identify/travel_guard.py",
-        "            beyond = max(beyond, side * here_rad + 0.5 * half_rad)\n",
-        "            pass\n",
-        GUARD,
-    ),
 )

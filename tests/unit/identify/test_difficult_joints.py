@@ -13,6 +13,7 @@ from identified import CONFIG, SMALL, Kept, run, variant
 from rtctl.errors import DataError
 from rtctl.identify import points as module
 from rtctl.identify import session as module_of_session
+from rtctl.identify import settings as settings_of
 from rtctl.identify.collected import IN_VAIN
 from rtctl.identify.dataset import Dataset
 from rtctl.identify.dataset_files import read_document
@@ -128,7 +129,7 @@ def test_a_speed_that_never_becomes_steady_is_left_out_and_the_rest_goes_on(tmp_
     assert document["complete"]
     assert [f"{middle:.5f}" in one["name"] for one in document["skipped"]] == [True, True]
     assert all("never becomes steady" in one["why"] for one in document["skipped"])
-    assert [f"{len(module.SERVOS) * IN_VAIN} tries" in one["why"] for one in document["skipped"]] == [
+    assert [f"{len(settings_of.SERVOS) * IN_VAIN} tries" in one["why"] for one in document["skipped"]] == [
         True,
         True,
     ]
@@ -156,7 +157,7 @@ def test_where_only_quick_speeds_become_steady_no_order_of_the_speeds_ends_it(mo
         "is_steady",
         lambda x, y, T, speed, *a, **b: abs(speed) > 1.0 and real(x, y, T, speed, *a, **b),
     )
-    monkeypatch.setattr(module, "SERVOS", module.SERVOS[:1])
+    monkeypatch.setattr(settings_of, "SERVOS", settings_of.SERVOS[:1])
     settings = replace(SMALL, train_levels=8, test_levels=0)
     at = [abs(task.speed_rad_s) for task in tasks(settings)]
     assert max(at[: module_of_session.HOPELESS]) < 1.0, "the order asks the slow ones first"
@@ -183,8 +184,8 @@ def test_the_servo_is_as_soft_as_before_after_a_speed_that_needed_a_stiffer_one(
     monkeypatch.setattr(module, "measure", measure)
     monkeypatch.setattr(module, "settle", settle)
     run(variant(tmp_path, *STRIBECK), replace(HARD, lower_levels=0))
-    assert seen == {1.0, module.SERVOS[1][0]}
-    assert stiffening[-1] == 1.0 or 1.0 in stiffening[stiffening.index(module.SERVOS[1][0]) :]
+    assert seen == {1.0, settings_of.SERVOS[1][0]}
+    assert stiffening[-1] == 1.0 or 1.0 in stiffening[stiffening.index(settings_of.SERVOS[1][0]) :]
 
 
 def test_lower_speeds_are_asked_for_only_while_friction_rises_towards_them():

@@ -10,7 +10,7 @@ import pytest
 from identified import SMALL, run
 
 from rtctl.identify.collected import IN_VAIN, Collected
-from rtctl.identify.points import SERVOS
+from rtctl.identify.settings import SERVOS
 from rtctl.identify.tick_readings import REST_RMS, stops_and_starts
 from rtctl.rig_file.config import load
 from rtctl.simulation.friction_truth import true_friction_nm
