@@ -86,6 +86,10 @@ class Effect:
         """Whether it is the same beside the others."""
         return abs(self.beside / self.value - 1) < ALIKE
 
+    def of_gear(self) -> bool:
+        """Whether it is a share that a gear can lose, and the same beside the others."""
+        return SHARE_LEAST < self.value < SHARE_TOLD and self.alike()
+
 
 class PlainBalance:
     """The balance of a log on its sliding rows, to which columns are added."""
@@ -209,8 +213,7 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
     bend = plain.bend()
     share = plain.share(bend)
     known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
-    of_gear = SHARE_LEAST < share.value < SHARE_TOLD and share.alike()
-    if known and share.sure() and of_gear and not (bend.sure() and bend.rest < share.rest):
+    if known and share.sure() and share.of_gear() and not (bend.sure() and bend.rest < share.rest):
         text = (
             f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- "
             f"{2 * share.error:.1g}): it differs where the torque drives the joint and where it brakes it, "

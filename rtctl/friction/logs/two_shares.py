@@ -33,10 +33,10 @@ class _Share:
 
     @property
     def sure(self) -> bool:
-        """Whether it is there by both columns, and alike."""
+        """Whether it is there by both columns, a gear's, and alike."""
         both = (self.recorded, self.wanted)
         return (
-            all(one.sure() and one.alike() for one in both)
+            all(one.sure() and one.of_gear() for one in both)
             # noise makes one too large and the other too small: alike, it makes neither
             and abs(self.wanted.value / self.recorded.value - 1) < ALIKE
         )

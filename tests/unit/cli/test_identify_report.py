@@ -9,7 +9,7 @@ def said(capsys, target_rad_s):
     document = {"points": [{"target_rad_s": target_rad_s}], "skipped": [], "rig": "mock"}
     tell(
         SimpleNamespace(document=document, folder="out"),
-        {"points_wanted": 4, "wall_s": 1.0},
+        {"points_wanted": 4, "wall_s": 1.0, "late": 0},
         (),
         complete=False,
     )
