@@ -100,10 +100,10 @@ def fitted(base, axes, folder, share, **more):
 
 def stiffest(loaded, index):
     """Stiffest coupling of axis `index` that may pass, of which alone the other figures are not asked."""
-    b, between, spring, more = stability_report.bearing(loaded, index)
-    damping = more * loaded.config.axis[index].coupling.damping_nms_rad
+    b, between, spring, load = stability_report.bearing(loaded, index)
+    damping = (1 + load) * loaded.config.axis[index].coupling.damping_nms_rad
     most = stability.k_max_between(b, damping, loaded.config.period_s, between) - spring
-    return max(most, 0.0) / more
+    return max(most, 0.0) / (1 + load)
 
 
 def certified(loaded):

@@ -13,13 +13,14 @@ from rtctl.rt import birth
 
 def main() -> int:
     """Run one loop. Returns the exit status: 0 shut down, 1 anything else."""
-    birth.be_guarded(int(sys.argv[2]))
+    line_fd, host = int(sys.argv[1]), int(sys.argv[2])
+    birth.be_guarded(host)
     # what is imported is no garbage: not looking for it takes a tenth off (`rtctl.rt.process` goes on
     # collecting)
     gc.disable()
     from rtctl.rt import process
 
-    return process.main(int(sys.argv[1]))
+    return process.main(line_fd, host)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -73,6 +73,17 @@ def _compiled(_count: int) -> None:
     there are."""
     functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
     _mention("compiling", functions=functions, most=most, first=not code_cache.loaded_here)
+
+
+def _leaving_with(host: int) -> Callable[[int], None]:
+    """End this process where its host has gone. SIGTERM tells of that, but only asks a loop to ramp down, and
+    what is left to compile takes minutes, in which nobody else could start the rig: its lock is held here."""
+
+    def heard(_count: int) -> None:
+        if os.getppid() != host:
+            os._exit(1)
+
+    return heard
 
 
 def _opening(begun: bool) -> None:
@@ -176,7 +187,7 @@ class _Proved(NamedTuple):
     memory: Memory
 
 
-def _proved(line: socket.socket) -> _Proved | None:
+def _proved(line: socket.socket, host: int) -> _Proved | None:
     """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has
     died."""
     told = _told(line)
@@ -184,13 +195,15 @@ def _proved(line: socket.socket) -> _Proved | None:
     if not text:
         return None
     order = json.loads(text)
-    code_cache.on_compiled.append(_compiled)
+    leave = _leaving_with(host)
+    code_cache.on_compiled += [_compiled, leave]
     members = [Member.from_dict(device) for device in order["devices"]]
     for reader in order["log_readers"]:
         # by name: what reads a kind of log stands above hw, which knows none of it
         import_module(reader).register()
     made = _composed(order, members)
     prepare(order["rig"]["n_axes"])
+    code_cache.on_compiled.remove(leave)  # from here on there are devices, which are stopped first
     _, descriptors = next(told, (b"", []))
     if not descriptors:
         return None
@@ -203,15 +216,15 @@ def _run(device: Replug, memory: Memory, clock: Clock, stop: Stop, *, waiver: bo
         run_loop(device, memory, clock, stop, waiver=waiver)
 
 
-def main(line_fd: int) -> int:
-    """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
+def main(line_fd: int, host: int) -> int:
+    """Run one loop of the process `host`. Returns the exit status: 0 shut down, 1 anything else."""
     stop = _stopped_by_signals()
     gc.collect()  # while there is time
     gc.freeze()
     gc.enable()
     began = time.monotonic()
     with socket.socket(fileno=line_fd) as line:
-        proved = _proved(line)
+        proved = _proved(line, host)
     if proved is None:
         return 1
     order, members, made, memory = proved

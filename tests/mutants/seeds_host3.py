@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+WITHOUT_HOST = "tests/unit/rt/test_process_without_host.py"
 ZERO = "tests/unit/host/test_force_zero.py::test_a_zero_of_other_devices_judges_too_and_is_said_to_be_one"
 HOME = "tests/unit/test_user_folders.py::test_a_folder_that_depends_on_the_working_directory_is_none"
 CTRL_C = "tests/unit/cli/test_last_words.py::test_ctrl_c_never_ends_it_by_the_signal_itself"
@@ -96,5 +97,19 @@ SEEDS = (
         "    if told.is_absolute():\n        return told\n    try",
         "    if str(told) != '.':\n        return told\n    try",
         (HOME,),
+    ),
+    Seed(
+        "a loop whose host is gone compiles on",
+        "rtctl/rt/process.py",
+        "        if os.getppid() != host:\n            os._exit(1)",
+        "        pass",
+        (WITHOUT_HOST,),
+    ),
+    Seed(
+        "a loop whose host is gone leaves its devices open",
+        "rtctl/rt/process.py",
+        "    code_cache.on_compiled.remove(leave)",
+        "    pass",
+        (WITHOUT_HOST,),
     ),
 )

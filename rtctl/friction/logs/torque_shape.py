@@ -224,15 +224,12 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
         return replace(signals, share_nm=share.column), (text,), ()
     if known:
         return signals, (), ()
-    return (
-        signals,
-        (),
-        (
-            "whether friction is a share of the torque, as in gears: the torque hardly brakes the joint in "
-            "this log; of a gear that loses a share k all parameters are 1/(1 - k) times too large (record "
-            "quick stops)",
-        ),
+    untold = (
+        "whether friction is a share of the torque, as in gears: the torque hardly brakes the joint in this "
+        "log; of a gear that loses a share k all parameters are 1/(1 - k) times too large (record "
+        "quick stops)"
     )
+    return signals, (), (untold,)
 
 
 def bent(signals: Regressors) -> tuple[str, ...]:
@@ -288,15 +285,13 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
             "the scale of the position drifts (a belt, a potentiometer, counts that are lost), or what is "
             "moved changes"
         )
-    return (
-        f"{signals.source}: {what}; the parameters are of its mean: cut the log there, or mend the scale",
-    )
+    what += "; the parameters are of its mean: cut the log there, or mend the scale"
+    return (f"{signals.source}: {what}",)
 
 
 def _moving(plain: PlainBalance, u: np.ndarray) -> np.ndarray:
     """The part of what is wanted that goes with acceleration and speed."""
-    found = np.linalg.lstsq(plain.motion, u, rcond=1e-12)[0]
-    return np.asarray(plain.motion[:, :2] @ found[:2])
+    return np.asarray(plain.motion[:, :2] @ np.linalg.lstsq(plain.motion, u, rcond=1e-12)[0][:2])
 
 
 def _way(change: float) -> str:
