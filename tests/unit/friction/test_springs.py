@@ -104,8 +104,8 @@ def test_a_slide_on_a_gas_spring_is_told_with_how_much_stiffer_it_gets(gas):
     assert end == ("largest" if gas > 0 else "smallest")
     parameters = joint_fit(signals).symmetric.parameters
     assert parameters["stiffness_nm_rad"].value == pytest.approx(2 * gas, rel=0.05)
-    for name in ("inertia_kgm2", "coulomb_nm"):
-        assert parameters[name].value == pytest.approx(TRUTH[name], rel=0.05), name
+    for name, near in (("inertia_kgm2", 0.03), ("coulomb_nm", 0.05)):
+        assert parameters[name].value == pytest.approx(TRUTH[name], rel=near), name
 
 
 def test_an_offset_beside_a_spring_is_told_as_its_pull():
