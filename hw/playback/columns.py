@@ -134,9 +134,9 @@ def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any
         return BINARY[ending](path, raw, names)
     except BackendError:
         raise
-    # whatever a library stumbles over in damaged bytes: SciPy has an error of its own that is only an
-    # Exception, JSON that is nested too deeply a RecursionError, NumPy's header a TokenError
-    except Exception as error:
+    # SciPy has an error of its own that is only an Exception, JSON that is nested too deeply a
+    # RecursionError, NumPy's header a TokenError
+    except Exception as error:  # whatever a library stumbles over in damaged bytes
         raise BackendError(
             f"{path}: not a sound {ending} file ({str(error)[:200]}); copy or save it again"
         ) from error

@@ -32,7 +32,8 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
     """What is declared and configured of the force that moves this axis."""
     table = loaded.config.axis[axis].force
     says = [("rig file", ForceSensor(table.sensor_lowpass_hz, table.sensor_delay_s))]
-    says, age_ticks = [(who, one) for who, one in says if one != ForceSensor()], 0
+    says = [(who, one) for who, one in says if one != ForceSensor()]
+    age_ticks = 0
     for member in loaded.members():
         if "force" not in member.channels:
             continue

@@ -102,4 +102,13 @@ SEEDS = (
         "return line.split()",
         (CELLS,),
     ),
+    Seed(
+        "a speed that is counted as a torque has a share as no gear has",
+        "rtctl/friction/logs/two_shares.py",
+        "one.sure() and one.of_gear()",
+        "one.sure() and one.alike()",
+        (
+            "tests/unit/cli/test_identify_log.py::test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells",
+        ),
+    ),
 )

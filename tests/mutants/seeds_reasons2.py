@@ -39,8 +39,8 @@ SEEDS = (
     Seed(
         "a damaged log ends in the traceback of a library",
         "hw/playback/columns.py",
-        "    except Exception as error:\n",
-        "    except (ValueError, TypeError, KeyError, OSError) as error:\n",
+        "    except Exception as error:  # whatever a library stumbles over",
+        "    except (ValueError, TypeError, KeyError, OSError) as error:  # whatever a library stumbles over",
         (f"{FORMATS}a_damaged_file_is_refused_by_name_whatever_its_library_raises",),
     ),
     Seed(
