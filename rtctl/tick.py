@@ -234,6 +234,14 @@ def forget(rows: np.ndarray, names: Iterable[str]) -> None:
         rows[name] = np.nan if rows.dtype[name].base.kind == "f" else 0
 
 
+def copied(rows: np.ndarray) -> np.ndarray:
+    """A copy of ticks or other records, shape (n,).
+
+    NumPy itself copies records field by field (.07 ms for a batch of 80 ticks, .14 ms for a state of the
+    law); here they are bytes."""
+    return np.frombuffer(bytearray(rows.tobytes()), rows.dtype)
+
+
 def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     """Batches of ticks of one rig, at least one, as one array.
 

@@ -18,7 +18,7 @@ from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
 from rtctl.recording.event_log import Event
-from rtctl.tick import MOST_AXES, forget, joined, tick_dtype
+from rtctl.tick import MOST_AXES, copied, forget, joined, tick_dtype
 
 # at 1 kHz twice the silence of a renderer that stops a rig (`law_plan.TARGET_STOP_S`)
 BEFORE_TICKS = 200
@@ -136,7 +136,7 @@ class Capture:
         """The last `before` ticks up to the end of `rows`, copied."""
         # copied: a view would keep the whole batch
         if len(rows) >= self._before or self._kept is None:
-            return rows[max(0, len(rows) - self._before) :].copy()
+            return copied(rows[max(0, len(rows) - self._before) :])
         return joined((self._kept, rows))[-self._before :]
 
     def _finish(self) -> Incident:

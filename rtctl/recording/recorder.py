@@ -19,6 +19,7 @@ from rtctl.control.records import command_dtype
 from rtctl.recording.limits import Limits
 from rtctl.recording.parts import Parts
 from rtctl.recording.setup import Setup
+from rtctl.tick import copied
 
 QUEUE_S = 15.0
 """Loop time that may wait for the disk: more than the ring holds, which comes all at once after a slow
@@ -95,7 +96,7 @@ class Recorder:
                     np.concatenate((self._held[1], commands))[-1000:],
                 )
                 # copied: a view would keep the whole batch
-                self._last = first_row + len(rows) - 1, rows[-1:].copy()
+                self._last = first_row + len(rows) - 1, copied(rows[-1:])
                 return
             held_events, held_commands = self._held
             if held_events or len(held_commands):

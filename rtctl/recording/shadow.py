@@ -11,6 +11,7 @@ import numpy as np
 
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import CommandBook, LawRunner
+from rtctl.tick import copied
 
 
 class ShadowLaw:
@@ -63,4 +64,4 @@ class ShadowLaw:
     def state(self) -> np.ndarray | None:
         """The law's state before row `next_row`, shape (1,), copied; None when it is unknown."""
         # a copy: the law goes on in the same memory
-        return None if self.why else np.array(self._law.state).copy()
+        return None if self.why else copied(self._law.state)

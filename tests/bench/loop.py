@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -107,10 +108,19 @@ def start_rows(config: Path, rounds: int) -> Iterator[Row]:
 
 
 def run_daemon(config: Path, seconds: float, *more: str) -> dict[str, Any]:
-    """`rtctl run CONFIG --for SECONDS --json`; returns its summary, also of a run that latched a fault."""
+    """`rtctl run CONFIG --for SECONDS --json`; returns its summary, also of a run that latched a fault.
+
+    `cpu_s` in it is the processor time of all its processes, start and end included."""
     command = [sys.executable, "-m", "rtctl", "run", str(config), "--for", str(seconds), "--json", *more]
+    before = _children_s()
     done = subprocess.run(command, capture_output=True, text=True, check=False)
+    cpu_s = _children_s() - before
     if done.returncode not in (0, FaultError.exit_code):
         raise RtctlError(f"rtctl run failed: {done.stderr.strip() or done.stdout.strip()}")
-    summary: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return summary
+    return {**json.loads(done.stdout.splitlines()[-1]), "cpu_s": cpu_s}
+
+
+def _children_s() -> float:
+    """Processor time of all processes that this one began and that have ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

@@ -20,7 +20,7 @@ from tests.bench.loop import run_daemon
 from tests.bench.row import Row, in_turns
 
 MOST_SHARE_PERCENT = 5.0
-"""Most of one core that the recorder may take."""
+"""Most of one core that a recording may take: its thread, and all that the daemon does more."""
 
 MOST_BYTES = 110.0
 """Wanted on disk, bytes a tick."""
@@ -71,9 +71,25 @@ def _rows(pairs: list[tuple[dict[str, Any], Recorded]], seconds: float, period_u
     )
     return [
         lost,
+        _more(without, recorded, 1e6 / period_us),
         *_costs(recorded, replays, 1e6 / period_us),
         *(_noticed(name, label, without, recorded, period_us) for name, label in LABELS.items()),
     ]
+
+
+def _more(without: list[dict[str, Any]], recorded: list[dict[str, Any]], rate_hz: float) -> Row:
+    """What the processes of a rig take more with a recording, per second of ticks; median of the pairs."""
+    shares = [
+        np.array([100 * float(one["cpu_s"]) * rate_hz / max(int(one["ticks"]), 1) for one in runs])
+        for runs in (without, recorded)
+    ]
+    more = shares[1] - shares[0]
+    text = (
+        f"{np.median(shares[0]):.1f} % without, start and end included; "
+        f"pairs {', '.join(f'{x:+.1f}' for x in more)}"
+    )
+    name = "all processes while recording, above without, share of a core"
+    return Row(name, float(np.median(more)), "%", text, MOST_SHARE_PERCENT)
 
 
 def _costs(recorded: list[dict[str, Any]], replays: list[Verdict], rate_hz: float) -> list[Row]:

@@ -105,3 +105,14 @@ def test_the_command_prints_the_schema():
     result = CliRunner().invoke(command, ["--axes", "2"])
     assert result.exit_code == 0
     assert json.loads(result.output) == tick.json_schema(2)
+
+
+def test_a_copy_of_records_has_their_bits_and_none_of_their_memory():
+    rows = tick.new_ticks(5, 2)
+    rows.view(np.uint8)[:] = np.arange(rows.nbytes) % 251  # no two fields alike, payloads of NaN too
+    rows["force_n"] = np.nan
+    for part in (rows, rows[1:3], rows[::2], rows[:0]):
+        made = tick.copied(part)
+        assert made.dtype == part.dtype and made.tobytes() == part.tobytes()
+        made["tick"] = 7  # a copy may be written
+        assert not np.shares_memory(made, part) and (part["tick"] != 7).all()

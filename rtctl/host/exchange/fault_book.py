@@ -10,6 +10,7 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.host.exchange.device_words import DeviceWords, Voice, words_of
 from rtctl.host.exchange.fault_origin import NOWHERE, Scene, Where, locate
 from rtctl.host.exchange.rig_description import RigDescription
+from rtctl.tick import copied
 from rtctl.wire.fault_names import cause_bit, fault_entries
 from rtctl.wire.fault_words import PLACE, Entry
 
@@ -119,10 +120,10 @@ class FaultBook:
     def _remember(self, rows: np.ndarray) -> None:
         # `follow` looks at the tick before: kept as a copy, a view would keep the whole batch
         self._present = int(rows["faults"][-1])
-        self._before = rows[-1].copy()
+        self._before = copied(rows[-1:])[0]
         good = np.flatnonzero(rows["sample_age_ticks"] == 0)
         if len(good):
-            self._good = rows[good[-1]].copy()
+            self._good = copied(rows[good[-1] :][:1])[0]
         if rows["state"][-1] != State.ARMING:
             self._arming = []
             return

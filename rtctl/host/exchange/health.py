@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.fault_book import FaultBook
-from rtctl.tick import joined
+from rtctl.tick import copied, joined
 
 PHASES = ("wakeup", "read", "law", "write", "record", "cycle")
 """Durations of a tick whose percentiles are told; tick field `<phase>_ns`."""
@@ -38,7 +38,7 @@ class HealthWindow:
             self._rows -= len(self._batches.pop(0))
         self.ticks += len(rows)
         # a view would keep the whole batch
-        self._last = rows[-1:].copy()
+        self._last = copied(rows[-1:])
 
     def take(self, book: FaultBook) -> dict[str, Any]:
         """What was seen since the last call, faults with their places of `book`. Percentiles are nil without

@@ -16,7 +16,7 @@ from rtctl.host.exchange.late_tasks import Ran, Tasks
 from rtctl.host.exchange.late_ticks import LateTick, bound_ns, late_ticks
 from rtctl.host.exchange.late_trace import Mark, Trace
 from rtctl.host.exchange.late_verdict import CAUSES, Verdict, is_own, judge
-from rtctl.tick import joined
+from rtctl.tick import copied, joined
 
 EVENT = "late"
 
@@ -87,7 +87,7 @@ class LateWatch:
             # by the bound of now: how early the loop wakes follows what wake-ups take
             self._waiting += late_ticks(known, bound_ns(self._period_ns, self._early_ns()))
             # the step from it to the next batch may be the late one
-            self._row = rows[-1:].copy()
+            self._row = copied(rows[-1:])
         self._look(now_ns, idle=not len(rows))
         self._tell(now_ns)
 

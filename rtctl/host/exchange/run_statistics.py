@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
+from rtctl.tick import copied
 from rtctl.wire.fault_names import cause_bit
 
 _PER_OCTAVE = 64  # about 1 % resolution
@@ -78,11 +79,11 @@ class RunStatistics:
         # of the newest tick: rights are had for the whole run or not at all
         self.waiver = bool(rows["waiver"][-1])
         # a copy: a view would keep the whole batch
-        self.last = rows[-1:].copy()
+        self.last = copied(rows[-1:])
         # SHUTDOWN ends every run, and is the cause of none
-        before_the_end = rows[rows["state"] != State.SHUTDOWN]
+        before_the_end = np.flatnonzero(rows["state"] != State.SHUTDOWN)
         if len(before_the_end):
-            row = before_the_end[-1]
+            row = rows[before_the_end[-1]]
             self._cause = cause_bit(int(row["state"]), int(row["fault_first"]))
 
     def summary(self) -> dict[str, Any]:
