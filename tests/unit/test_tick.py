@@ -113,6 +113,8 @@ def test_a_copy_of_records_has_their_bits_and_none_of_their_memory():
     rows["force_n"] = np.nan
     for part in (rows, rows[1:3], rows[::2], rows[:0]):
         made = tick.copied(part)
-        assert made.dtype == part.dtype and made.tobytes() == part.tobytes()
+        assert made.dtype == part.dtype
+        assert made.tobytes() == part.tobytes()
         made["tick"] = 7  # a copy may be written
-        assert not np.shares_memory(made, part) and (part["tick"] != 7).all()
+        assert not np.shares_memory(made, part)
+        assert (part["tick"] != 7).all()
