@@ -49,6 +49,11 @@ def sure_damping(b_nms_rad: float, joint: Joint) -> float:
     return joint.motor_share * b_nms_rad + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
 
 
+def taken_damping(b_nms_rad: float, joint: Joint) -> float:
+    """What of a damping of `b_nms_rad` a passive hand behind the joint can cancel, N m s/rad."""
+    return b_nms_rad - sure_damping(b_nms_rad, joint)
+
+
 def link_damping(b_nms_rad: float, joint: Joint) -> float:
     """Damping of `b_nms_rad` behind the joint's spring, N m s/rad: help, which acts at the motor, takes
     nothing of it."""

@@ -10,7 +10,7 @@ import numpy as np
 from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import ARMING_PART_S, arming_ticks, fill_arming, fill_axis, fill_force_feedback
-from rtctl.check.devices_of_axis import joint_of_axis
+from rtctl.check.devices_of_axis import joint_of_axis, taken_damping
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
@@ -78,7 +78,7 @@ def build(loaded: LoadedConfig) -> Plan:
     ------
     ModelError
         A model that is missing, damaged, or made for another rig."""
-    config = loaded.config
+    config, T = loaded.config, loaded.config.period_s
     params, _, command, model = new_records(config.n_axes)
     p = params[0]
     _fill_scalars(p, config)
@@ -88,31 +88,31 @@ def build(loaded: LoadedConfig) -> Plan:
         if "current" in member.channels and registry.lookup(member.kind).follows:
             p["follow_kind"][list(member.axes)] = 1
     lates = [lateness.of_axis(loaded, a).between for a in range(config.n_axes)]
-    p["arming_ticks"] = arming_ticks(lates, config.period_s, ARMING_PART_S)
+    p["arming_ticks"] = arming_ticks(lates, T, ARMING_PART_S)
     for a, axis in enumerate(config.axis):
         joint, learned, between = joint_of_axis(loaded, a), _load_model(loaded, axis), lates[a]
-        fill_axis(p, a, axis, config.period_s, joint)
+        fill_axis(p, a, axis, T, joint)
         # what may be shown: age of samples and all of the lag count, rounded up
-        p["follow_delay_ticks"][a] = min(math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1)
-        acting = between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
-        p["acting_delay_s"][a] = acting * config.period_s
+        p["follow_delay_ticks"][a] = min(math.ceil(stability.late_ticks(between, T)), HELD - 1)
+        acting = between.delay + stability.lag_ticks(between.lag_hz, T)
+        p["acting_delay_s"][a] = acting * T
         p["actuator_delay_ticks"][a] = round(acting)  # what acts; one tick more is covered
-        fill_arming(p, a, axis, config.period_s, joint)
-        fill_force_feedback(p, a, axis, config.period_s, between)
+        fill_arming(p, a, axis, T, joint)
+        fill_force_feedback(p, a, axis, T, between)
         _fill_command(command[0], a, axis)
         sure = guarantee(axis, learned)
         p["flicker_held"][a] = holds_flicker(axis, sure, joint.dry_share)
         p["mass_rest_rad"][a] = sure.credited_rad
         # judged and bounded at the largest factor; the law takes a share
-        most, factor = largest_feedforward(axis, learned, config.period_s)
+        most, factor = largest_feedforward(axis, learned, T)
         _fill_compensation(p, a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
-            ending = rolled_off(learned, axis, config.period_s, between)
+            ending = rolled_off(learned, axis, T, between, taken_damping(axis.viscous_nms_rad, joint))
             model[a] = _fill_friction(p, a, most, config, ending)
             fill_place(p, a, axis, learned)
             p["friction_raise"][a] = factor - 1.0
             if follows(axis, learned):
-                p["friction_change_step"][a] = axis.friction.drift.adapt_per_min / 60 * config.period_s
+                p["friction_change_step"][a] = axis.friction.drift.adapt_per_min / 60 * T
     if all(registry.lookup(member.kind).follows for member in loaded.members()):
         _fill_proof(p, loaded)
     else:
@@ -122,7 +122,7 @@ def build(loaded: LoadedConfig) -> Plan:
         command=command,
         model=model,
         n_axes=config.n_axes,
-        period_s=config.period_s,
+        period_s=T,
         # whole ns: deadlines are sums of it and must not drift; 3 kHz is off by 1e-6
         period_ns=round(1e9 / config.loop.rate_hz),
         ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),

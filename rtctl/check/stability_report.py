@@ -32,7 +32,7 @@ from hw.interface import Joint
 from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
-from rtctl.check.devices_of_axis import cut_a, joint_of_axis, shown_of_axis, sure_damping
+from rtctl.check.devices_of_axis import cut_a, joint_of_axis, shown_of_axis, taken_damping
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
@@ -181,14 +181,14 @@ def _friction(
     loaded: LoadedConfig, axis: AxisTable, late: Lateness, joint: Joint
 ) -> tuple[FrictionFigures | None, float, float, Guarantee]:
     """Figures of the friction model, if any; sure damping; the motor's dry friction; the account's facts."""
-    path = loaded.model_path(axis)
-    if path is None:
+    if (path := loaded.model_path(axis)) is None:
         return None, axis.viscous_nms_rad, joint.dry_share * axis.dry_friction_nm, guarantee(axis, None)
     model = artefact.load(path)
     artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     T, count = loaded.config.period_s, 2 * math.pi / axis.counts_of_turn
     axis, factor = largest_feedforward(axis, model, T)
-    plain = friction_figures(model, path, axis, T, count, late.between, joint.dry_share)
+    of_joint = joint.dry_share, taken_damping(axis.viscous_nms_rad, joint)
+    plain = friction_figures(model, path, axis, T, count, late.between, *of_joint)
     found, beyond = replace(plain, factor_max=factor), plain.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
     sure = guarantee(axis, model if loaded.model_in_use(axis) else None)  # what the law counts on
@@ -199,7 +199,7 @@ def _friction(
 def _left(guaranteed_nms_rad: float, axis: AxisTable, joint: Joint) -> float:
     """Damping that no hand can cancel of what feed-forward leaves, N m s/rad."""
     # what help takes of it, it takes at the motor: behind the spring all of b_l stays, for a hand to cancel
-    return guaranteed_nms_rad - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))
+    return guaranteed_nms_rad - taken_damping(axis.viscous_nms_rad, joint)
 
 
 def _figures(  # longer than 50 lines: one figure a line

@@ -21,8 +21,8 @@ from rtctl.experiments.admittance_findings import (
     Left,
 )
 from rtctl.experiments.admittance_runs import HAND_NM_RAD, Contact, Rubbing, Shown
+from rtctl.experiments.one_mass import device_of, proven
 from rtctl.experiments.report import Target
-from rtctl.experiments.stability_map import Device, proven
 from rtctl.experiments.statistics import Estimate
 from rtctl.experiments.virtual import FAST_SINE
 from rtctl.friction.learn.report_page import Picture
@@ -113,7 +113,7 @@ def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, li
 
 def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[float, float]]]) -> Picture:
     """Stiffest calm wall over damping, and what is proven of the coupling."""
-    axis, figure = loaded.config.axis[0], pictures.blank(10, 4.0)
+    figure = pictures.blank(10, 4.0)
     plot = figure.subplots()
     for name, pairs in widths.items():
         damping, stiffness = zip(*pairs, strict=True)
@@ -128,8 +128,8 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
             label=f"{name}: {what} {HAND_NM_RAD:g} N m/rad",
         )
     # no simulation: any passive hand, where the points are of one
-    device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, loaded.config.period_s, axis.motion)
-    b_c = [share * axis.viscous_nms_rad for share in DAMPING_SHARES]
+    device = device_of(loaded)
+    b_c = [share * device.damping for share in DAMPING_SHARES]
     plot.semilogy(
         b_c,
         [proven(device, share) for share in DAMPING_SHARES],

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from rtctl import pictures
 from rtctl.control.proofs import stability
 from rtctl.errors import ConfigError
 from rtctl.experiments import figures, worst_delay, worst_hand
+from rtctl.experiments.one_mass import Device, device_of, proven
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate
@@ -44,25 +45,17 @@ DRY_NM, DRY_GAINS, DRY_MODES, DRY_PARTS = 0.25, (0.0, 0.9, 1.0), (1, 2, 3), 64
 DRY_SPEEDS_RAD_S = (0.01, 0.1, 1.0)
 
 
-@dataclass(frozen=True)
-class Device:
-    """J, b and T of the rig's first axis, and how it moves."""
-
-    inertia: float
-    damping: float
-    period_s: float
-    motion: str
-
-
 def run(order: Order) -> Outcome:
     """Run the experiment: joint and hand are computed, the rig gives the figures. Raises ConfigError."""
     order.require_simulated("stability-map")
-    axis = order.loaded.config.axis[0]
+    axis, device = order.loaded.config.axis[0], device_of(order.loaded)
     # k_max is 2 (b - b_c)/T: without damping no stiffness is proven, and no share of it can be told
-    if not axis.viscous_nms_rad > 0:
-        what = "axis[0].viscous_nms_rad is 0: no coupling is proven, and no region is there to map"
+    if not device.damping > 0:
+        what = (
+            f"axis[0].viscous_nms_rad is {axis.viscous_nms_rad:g}, of which nothing is sure: no coupling is "
+            "proven, and no region is there to map"
+        )
         raise ConfigError(f"{order.loaded.path}: {what}; give what the joint has")
-    device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, order.loaded.config.period_s, axis.motion)
     found = {modes: _edge(device, modes) for modes in MODES}
     viscous = {gain: _edge(_compensated(device, gain), MODES[-1]) for gain in VISCOUS_GAINS}
     order.progress(0.5, "worst-case hands in time")
@@ -160,11 +153,6 @@ def _with_more(
 def _compensated(device: Device, gain: float) -> Device:
     """The device as the coupling finds it when this share of the viscous friction is compensated."""
     return replace(device, damping=(1 - gain) * device.damping)
-
-
-def proven(device: Device, share: float) -> float:
-    """Largest proven k_c at b_c = share b, viscous damping alone, N m/rad."""
-    return stability.k_max_sampled_data(device.damping, share * device.damping, device.period_s)
 
 
 def _edge(device: Device, modes: int) -> list[float]:

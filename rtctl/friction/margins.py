@@ -166,15 +166,17 @@ def friction_figures(
     count: float,
     between: stability.Between | None = None,
     dry_share: float = 1.0,
+    taken_nms_rad: float = 0.0,
 ) -> FrictionFigures:
     """Figures of one axis, the worse of its two directions.
 
     `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
     `between` is what lies between law and joint; without it the delay of the rig file.
-    `dry_share` is the motor's of the dry friction, which all the help is taken off."""
+    `dry_share` is the motor's of the dry friction, which all the help is taken off, `taken_nms_rad`
+    the viscous damping that a hand behind an elastic joint can cancel (docs/theory.md 2.8)."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
-    model = rolled_off(model, axis, T, between)
+    model = rolled_off(model, axis, T, between, taken_nms_rad)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
     k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late (docs/theory.md 8.10)
@@ -203,7 +205,7 @@ def friction_figures(
         secant_speed_rad_s=at,
         beyond_damping_nms_rad=min(beyond) if beyond else None,
         slope_damping_nms_rad=min(friction.slope_damping(c.v, c.F_hat, c.ff) for c in trained),
-        gain_max=min(friction.gain_max(c.v, c.F_lo, c.F_hat, need) for c in trained),
+        gain_max=min(friction.gain_max(c.v, c.F_lo, c.F_hat, need + taken_nms_rad) for c in trained),
         friction_floor_nm=min(float(c.F_lo.min()) for c in trained),
         feedforward_max_nm=max(float(c.ff.max()) for c in trained),
         two_line_margin_nm=min(lines),

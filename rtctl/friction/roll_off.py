@@ -2,7 +2,8 @@
 
 Over a stretch Delta the help, at most all of the dry friction F at the end of the range, falls to nothing: a
 damper of slope S = F/Delta that acts t late. A mass swings by it from S t/J_m = pi/2 on, J_m that of the
-motor where a gear lets it, and a motor on its gear where b + S cos(w t) is below 0. So
+motor where a gear lets it, and a motor on its gear where b + S cos(w t) is below 0. Of a declared gear
+b is what no hand behind it takes away (2.8). So
 
     S <= J/(2 t),        S <= b/max(-cos(w t)) over all gears up to `FASTEST_GEAR_HZ`"""
 
@@ -27,28 +28,31 @@ _LAST = 0.9
 """Friction may not fall over the last tenth of the range, by more than the model may be off."""
 
 
-def rolled_off(model: FrictionModel, axis: AxisTable, period_s: float, between: Between) -> FrictionModel:
+def rolled_off(
+    model: FrictionModel, axis: AxisTable, period_s: float, between: Between, taken_nms_rad: float = 0.0
+) -> FrictionModel:
     """The model, with help that ends as gently as this axis needs it.
 
     Where friction still falls with speed at the end of the range it is less beyond, nobody knows how much,
-    and a model by place is later there than it was shown to be: both end as the model says."""
+    and a model by place is later there than it was shown to be: both end as the model says.
+    `taken_nms_rad` is the damping that a hand behind an elastic joint can cancel."""
     by_place = model.place is not None or model.conservative is not None
     # friction that falls may be gone beyond the range: help that lasts longer would drive the joint
     if by_place or any(map(_falls, model.branches)):
         return model
-    steepest = _steepest_nms_rad(axis, period_s, between)
+    steepest = _steepest_nms_rad(axis, period_s, between, taken_nms_rad)
     gentle = max(map(_dry_end_nm, model.branches)) / steepest if steepest > 0 else 0.0
     return replace(model, speed_fade_rad_s=max(model.speed_fade_rad_s, gentle))
 
 
-def _steepest_nms_rad(axis: AxisTable, period_s: float, between: Between) -> float:
+def _steepest_nms_rad(axis: AxisTable, period_s: float, between: Between, taken_nms_rad: float) -> float:
     """Largest slope of the help over speed. A velocity is half a period old, and a torque held for as
     long."""
     late_s = period_s * (late_ticks(between, period_s) + 1.0)
     # at most half a turn: a slower gear of the range has that lag already
     turned = min(2 * math.pi * FASTEST_GEAR_HZ * late_s, math.pi)
     against = max(-math.cos(turned), 0.0)
-    on_a_gear = axis.viscous_nms_rad / against if against > 0 else math.inf
+    on_a_gear = (axis.viscous_nms_rad - taken_nms_rad) / against if against > 0 else math.inf
     return min(MOTOR_SHARE * axis.inertia_kgm2 / late_s, on_a_gear)
 
 

@@ -135,7 +135,12 @@ class AxisTable(Table):
         default=0.0,
     )
     inertia_kgm2: float = number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
-    viscous_nms_rad: float = number(0, 1e4, "b: guaranteed viscous damping at the link, amplifier as in use")
+    viscous_nms_rad: float = number(
+        0,
+        1e4,
+        "b: guaranteed viscous damping at the link, amplifier as in use; both sides of an elastic joint "
+        "together",
+    )
     encoder_counts_per_rev: float = number(1, 1e9, "counts per turn of the link")
     gear_ratio: float = number(1e-3, 1e4, "motor turns per link turn", default=1.0)
     gear_efficiency: float = number(0.01, 1, "gearbox efficiency", default=1.0)

@@ -152,8 +152,8 @@ def rig(case: Case) -> Simulation:
         "friction": {"policy": case.policy, "presliding_rad": breakaway_nm / case.bristle_stiffness_nm_rad}
     }
     if case.joint_hz > 0:
-        # only the motor's damping counts on an elastic joint, and a coupling inside what that leaves
-        told |= {"viscous_nms_rad": 0.8 * axis["viscous_nms_rad"], "coupling": {"stiffness_nm_rad": 45.0}}
+        # only the motor's damping counts on an elastic joint, .04: a coupling inside what that leaves
+        told |= {"coupling": {"stiffness_nm_rad": 45.0}}
     # one axis: a hand holds one joint
     table["axis"] = [merged(axis, told)]
     options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]

@@ -1,11 +1,11 @@
-"""What `rtctl check` would say of a simulated rig's admittance display, for reports that show it beside what
-happened."""
+"""What `rtctl check` would say of a simulated rig, for reports that show it beside what happened."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from rtctl.check import stability_report
+from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
 from rtctl.control.proofs import admittance_margin
 from rtctl.control.proofs.drive_in_hand import RIGID
 from rtctl.rig_file.config import LoadedConfig
@@ -28,3 +28,8 @@ def bears(loaded: LoadedConfig, hand_nm_rad: float) -> bool:
 def is_rigid(loaded: LoadedConfig) -> bool:
     """Whether the first axis' joint is said to be one mass."""
     return stability_report.admittance_loop(loaded, 0).joints == (RIGID,)
+
+
+def sure_damping_nms_rad(loaded: LoadedConfig) -> float:
+    """Viscous damping of the first axis that no hand takes away, N m s/rad (docs/theory.md 2.8)."""
+    return sure_damping(loaded.config.axis[0].viscous_nms_rad, joint_of_axis(loaded, 0))

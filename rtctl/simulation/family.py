@@ -2,9 +2,9 @@
 
 A plant is told as a change of the mock's options, in the words of a rig file: what stands under `axis` goes
 into every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the
-controller's own [[axis]] must then say for it to be true of this plant: viscous damping that is surely on the
-motor's side, the delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays
-the rig file's."""
+controller's own [[axis]] must then say for it to be true of this plant: the delay, and a coupling inside what
+that and the motor's side leave (docs/theory.md 2.4). Everything else stays the rig file's: viscous damping is
+that of motor and link together, and the mock declares the motor's share."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def _elastic(hz: float) -> Change:
     return {"elastic": {"stiffness_nm_rad": stiffness, "damping_nms_rad": damping, "link_viscous_share": 0.2}}
 
 
-_ELASTIC_TOLD: Change = {"viscous_nms_rad": 0.04, "coupling": {"stiffness_nm_rad": 45.0}}
-"""Only the motor's damping counts: k_c <= 2 (.04 - .01) / T = 60."""
+_ELASTIC_TOLD: Change = {"coupling": {"stiffness_nm_rad": 45.0}}
+"""The motor has .04 of the usual .05, as the device tells: k_c <= 2 (.04 - .01) / T = 60, in play, too."""
 
 _SLOW_TOLD: Change = {
     "coupling": {"stiffness_nm_rad": 10.0},

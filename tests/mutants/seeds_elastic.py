@@ -38,8 +38,8 @@ SEEDS = (
     Seed(
         "help takes its share of the damping behind the spring, too",
         "rtctl/check/stability_report.py",
-        "guaranteed_nms_rad - (axis.viscous_nms_rad - sure_damping(axis.viscous_nms_rad, joint))",
-        "sure_damping(guaranteed_nms_rad, joint)",
+        "guaranteed_nms_rad - taken_damping(axis.viscous_nms_rad, joint)",
+        "guaranteed_nms_rad - taken_damping(guaranteed_nms_rad, joint)",
         SURE,
     ),
 )

@@ -10,14 +10,14 @@ SEEDS = (
     Seed(
         "the law ends help over speed more steeply than a late drive bears",
         "rtctl/check/law_plan.py",
-        "ending = rolled_off(learned, axis, config.period_s, between)",
+        "ending = rolled_off(learned, axis, T, between, taken_damping(axis.viscous_nms_rad, joint))",
         "ending = learned",
         ROLL_OFF,
     ),
     Seed(
         "the check judges another end of the help than the law's",
         "rtctl/friction/margins.py",
-        "    model = rolled_off(model, axis, T, between)\n",
+        "    model = rolled_off(model, axis, T, between, taken_nms_rad)\n",
         "",
         ROLL_OFF,
     ),

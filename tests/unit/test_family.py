@@ -55,9 +55,7 @@ def test_a_plant_runs_two_seconds_armed_and_is_repeatable(loaded, name):
 def test_what_the_law_is_told_is_true_of_the_plant(loaded, name):
     changed = with_plant(loaded, name)
     simulation = Simulation(changed)
-    axis, plant = changed.config.axis[0], simulation.plant_params[0]
-    motor_side = float(plant["viscous_nms_rad"][0] * (1 - plant["link_viscous_share"][0]))
-    assert axis.viscous_nms_rad <= motor_side + 1e-12
+    plant = simulation.plant_params[0]
     late = float(plant["transport_delay_ticks"] + plant["torque_delay_ticks"][0])
     assert simulation.params["follow_delay_ticks"][0, 0] >= late
     report = stability_report.examine(changed)

@@ -22,6 +22,7 @@ from rtctl.experiments import (
     tracking,
     virtual,
 )
+from rtctl.experiments.one_mass import Device
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.report import Outcome, Part, in_units_of
@@ -111,7 +112,7 @@ def test_pictures_of_a_carriage_are_labelled_in_its_units(carriage, monkeypatch)
     )
     once = {"PD": {"a sine": {"none": {name: np.ones(2) for name in tracking.FIGURES}}}}
     comparison.parts(Order(carriage), once, tracking.FIGURES)
-    device = stability_map.Device(2.0, 8.0, 1e-3, "linear")
+    device = Device(2.0, 8.0, 1e-3, "linear")
     edges = [1e4] * len(stability_map.SHARES)
     stability_map._picture(device, {1: edges}, {0.5: edges})
     assert labels == [("RMS error [mm]", ""), *[("b_c [N s/m]", "k_c [N/m]")] * 2]

@@ -5,8 +5,9 @@ import pytest
 
 from rtctl.errors import ConfigError
 from rtctl.experiments import free_motion, stability_map
+from rtctl.experiments.one_mass import Device, proven
 from rtctl.experiments.order import Order
-from rtctl.experiments.stability_map import SHARES, Device
+from rtctl.experiments.stability_map import SHARES
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 
@@ -15,7 +16,7 @@ DEVICE = Device(0.012, 0.05, 1e-3, "rotary")
 
 def made(times: float, below: float, above: float):
     """The outcome where every hand is unstable from `times` the proven stiffness on."""
-    edges = [times * stability_map.proven(DEVICE, share) for share in SHARES]
+    edges = [times * proven(DEVICE, share) for share in SHARES]
     return stability_map._outcome(DEVICE, {14: edges}, {0.0: edges}, below, above)
 
 

@@ -24,7 +24,7 @@ HAND = f"[[device.options.hand]]{HAND}"
 QUICK = Settings(bias_s=0.5)
 
 
-def rig_with(folder, hz, link_share, delay_ticks, bandwidth_hz=0.0, damped=0.01, told=0.04):
+def rig_with(folder, hz, link_share, delay_ticks, bandwidth_hz=0.0, damped=0.01, told=0.05):
     """An elastic joint without hand or help: where it swings freely, its link, its drive, its damping as
     told."""
     reduced, omega = link_share * (1 - link_share) * 0.012, 2 * np.pi * hz
@@ -38,7 +38,7 @@ def rig_with(folder, hz, link_share, delay_ticks, bandwidth_hz=0.0, damped=0.01,
         ("breakaway_nm = 0.35 ", "breakaway_nm = 0.05 "),
         ('model = "friction/mock.json"', "#"),
         ('policy = "hybrid"', 'policy = "off"'),
-        ("viscous_nms_rad = 0.04 ", f"viscous_nms_rad = {told} "),
+        ("viscous_nms_rad = 0.05              # b: ", f"viscous_nms_rad = {told}  # b: "),
         (HAND, '[[device.options.hand]]\nkind = "none"\n'),
     )
     return without_feedforward(load(variant(folder, *text, source=CONFIGS / "mock-elastic.toml")))
