@@ -70,6 +70,7 @@ class Forked(subprocess.Popen):
             "group": process_group,
             "cores": sorted(os.sched_getaffinity(0)),
             "ignored": [number for number in signal.valid_signals() if is_ignored(number)],
+            "held": sorted(signal.pthread_sigmask(signal.SIG_BLOCK, ())),
         }
         streams = [own if own >= 0 else n for n, own in enumerate((p2cread, c2pwrite, errwrite))]
         try:
@@ -209,6 +210,8 @@ def become(order, streams, keep):
         signal.signal(number, signal.SIG_IGN if ignored else signal.SIG_DFL)
     if signal.SIGINT not in order["ignored"]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    # not the nursery's own: it may have begun while a host held back what a terminal sends
+    signal.pthread_sigmask(signal.SIG_SETMASK, order["held"])
     sys.stdout, sys.stderr = text_stream(1), text_stream(2)
 
 
