@@ -12,6 +12,7 @@ import few
 import pytest
 import tiers
 from hypothesis import HealthCheck, settings
+from patience import PATIENCE_S
 
 # a second thread of so small sums only waits, and that burns a core
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -56,6 +57,14 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         if item.get_closest_marker("compiled"):
             item.add_marker(pytest.mark.skip(reason="marked `compiled`, and NUMBA_DISABLE_JIT is set"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _devices_are_waited_for():
+    """One that has not ended its stop within .1 s does not hang: this machine may be loaded."""
+    with pytest.MonkeyPatch.context() as patience:
+        patience.setattr("hw.every_device.STOP_TIMEOUT_S", PATIENCE_S)
+        yield
 
 
 _used_s = Counter()

@@ -70,6 +70,7 @@ class Forked(subprocess.Popen):
             "group": process_group,
             "cores": sorted(os.sched_getaffinity(0)),
             "ignored": [number for number in signal.valid_signals() if is_ignored(number)],
+            "held": sorted(signal.pthread_sigmask(signal.SIG_BLOCK, ())),
         }
         streams = [own if own >= 0 else n for n, own in enumerate((p2cread, c2pwrite, errwrite))]
         try:
@@ -139,8 +140,7 @@ class Nursery:
 
 @cache
 def shared():
-    """The nursery of this session."""
-    return Nursery()
+    return Nursery()  # of this session
 
 
 @contextlib.contextmanager
@@ -209,6 +209,7 @@ def become(order, streams, keep):
         signal.signal(number, signal.SIG_IGN if ignored else signal.SIG_DFL)
     if signal.SIGINT not in order["ignored"]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.pthread_sigmask(signal.SIG_SETMASK, order["held"])  # a nursery may begin while a host holds some
     sys.stdout, sys.stderr = text_stream(1), text_stream(2)
 
 
@@ -260,8 +261,7 @@ def load_all():
 
 
 def makes_loops(popen):
-    """What `rtctl.host.waiting_loop` has as `subprocess`."""
-    return SimpleNamespace(Popen=popen, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
+    return SimpleNamespace(Popen=popen, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)  # of `waiting_loop`
 
 
 def popen_of_a_loop(command, **more):

@@ -56,6 +56,7 @@ PATIENT = (
     "integration/test_gateway_doors.py",
     "integration/test_gateway_roles.py",
     "integration/test_gateway_security.py",
+    "integration/test_monitor_of_a_rig.py",
     "integration/test_operate_by_command_line.py",
     "integration/test_protocol_document.py",
     "integration/test_serial_rig.py",  # as test_can_run.py

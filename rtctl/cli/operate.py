@@ -82,14 +82,15 @@ def stop(client: RigClient) -> None:
     stop-rig CONFIG` makes the actuators torque-free by itself."""
     from rtctl.errors import ClientError
 
-    client.stop()
     # the reply says that the stop was taken in, not that the motor is off
-    deadline = time.monotonic() + STOP_S
-    while client.status()["enabled"]:
+    number, deadline = client.stop(), time.monotonic() + STOP_S
+    # a tick of before the stop says nothing of after it: an arm may be on its way to the loop, too
+    while (now := client.status())["enabled"] or now["command_seq_in_force"] < number:
         if time.monotonic() > deadline:  # whoever reaches for the joint next relies on the exit code
             raise ClientError(
-                f"the stop was taken in, but the motor is enabled after {STOP_S:g} s: press the emergency "
-                "stop, or cut its power"
+                f"the stop was taken in, but after {STOP_S:g} s "
+                + ("the motor is enabled" if now["enabled"] else "the loop has not taken it up")
+                + ": press the emergency stop, or cut its power"
             )
         time.sleep(POLL_S)
 

@@ -152,9 +152,13 @@ class RigClient(Worlds, Listener):
             meanwhile()
             time.sleep(_POLL_S)
 
-    def stop(self) -> None:
-        """Ramp the torque to zero and disable the actuator. Never refused."""
-        self._call("stop")  # without an epoch: it is meant for whatever runs now
+    def stop(self) -> int:
+        """Ramp the torque to zero and disable the actuator. Never refused.
+
+        Returns the number of the stop, before the torque is zero: a status whose `command_seq_in_force` is
+        below that number tells of before the stop."""
+        # without an epoch: it is meant for whatever runs now
+        return int(self._call("stop")["result"].get("command_seq", 0))
 
     def reset(self, *, wait: bool = True, timeout_s: float = 5.0) -> None:
         """Leave FAULT or ESTOP. With `wait`, return when the rig is IDLE, repeating the request until then.

@@ -8,6 +8,7 @@ from pathlib import Path
 import msgpack
 import pytest
 import zmq
+from patience import PATIENCE_S
 
 from rtctl.client import RigClient
 from rtctl.client.capture import Capture
@@ -82,7 +83,7 @@ def give_away(monkeypatch, *folders):
 
 
 def test_a_stop_is_not_reported_done_by_whoever_made_the_folder(place, impostor, monkeypatch):
-    with RigClient("mock", timeout_s=5.0) as client:
+    with RigClient("mock", timeout_s=PATIENCE_S) as client:
         client.stop()  # ours: believed
     monkeypatch.setenv("RTCTL_RUNTIME_DIR", str(place.parent))
     give_away(monkeypatch, place.parent, place)
@@ -100,7 +101,7 @@ def test_a_stop_is_not_reported_done_by_whoever_made_the_folder(place, impostor,
 def test_a_folder_that_changes_hands_after_the_connection_is_not_believed_either(
     place, impostor, monkeypatch
 ):
-    with RigClient("mock", timeout_s=5.0) as client:
+    with RigClient("mock", timeout_s=PATIENCE_S) as client:
         client.stop()
         monkeypatch.setenv("RTCTL_RUNTIME_DIR", str(place.parent))
         give_away(monkeypatch, place.parent, place)

@@ -23,11 +23,11 @@ import os, sys
 sys.path.insert(0, sys.argv[1])
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
-os.setgroups([int(one) for one in sys.argv[4:]])
+os.setgroups([int(one) for one in sys.argv[5:]])
 os.setgid(int(sys.argv[3]))
 os.setuid(int(sys.argv[3]))
 try:
-    with RigClient("mock", runtime_dir=sys.argv[2], timeout_s=3.0) as rig:
+    with RigClient("mock", runtime_dir=sys.argv[2], timeout_s=float(sys.argv[4])) as rig:
         rig.stop()
         with rig.states() as states:
             print("stopped, role", rig.hello()["role"], next(iter(states)).tick >= 0)
@@ -36,11 +36,12 @@ except (RtctlError, OSError) as error:
 """
 
 
-def visit(folder, *groups):
-    """What another user, of these groups, gets out of the rig."""
-    command = [sys.executable, "-c", VISITOR, str(ROOT), str(folder), str(STRANGER), *map(str, groups)]
+def visit(folder, patience_s, *groups):
+    """What another user, of these groups, gets out of the rig; a reply is waited for for `patience_s`."""
+    order = str(ROOT), str(folder), str(STRANGER), str(patience_s), *map(str, groups)
+    command = [sys.executable, "-c", VISITOR, *order]
     return subprocess.run(
-        command, capture_output=True, text=True, timeout=PATIENCE_S, check=True
+        command, capture_output=True, text=True, timeout=2 * PATIENCE_S, check=True
     ).stdout.strip()
 
 
@@ -56,8 +57,8 @@ def test_a_member_of_the_group_may_stop_the_rig_and_nobody_else(tmp_path):
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         Path(folder).chmod(0o755)  # as /run/rtctl
         with Daemon(folder, f'group = "{group.gr_name}"\n') as daemon:
-            assert visit(folder, group.gr_gid) == "stopped, role operator True"
-            assert visit(folder) in ("NoReplyError", "ConfigError")
+            assert visit(folder, PATIENCE_S, group.gr_gid) == "stopped, role operator True"
+            assert visit(folder, 3.0) in ("NoReplyError", "ConfigError")
             shown = {path.name: path.lstat() for path in (daemon.folder / "mock").iterdir()}
             for name in ("command", "targets", "telemetry"):
                 assert (stat.S_IMODE(shown[name].st_mode), shown[name].st_gid) == (0o660, group.gr_gid)

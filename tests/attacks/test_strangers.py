@@ -126,10 +126,9 @@ def test_a_daemon_that_was_stopped_from_a_terminal_has_stopped_its_rig(daemon):
     motion.
     """
     until(lambda: daemon.client.status()["state"] == "IDLE", "the end of the ramp")
-    daemon.client.arm(timeout_s=PATIENCE_S)
     with daemon.client.events() as events:
-        while events.receive(0.05):
-            pass
+        daemon.client.arm(timeout_s=PATIENCE_S)
+        until(lambda: (events.receive(1.0) or {}).get("to") == "ACTIVE", "the event")
         os.kill(daemon.process.pid, signal.SIGSTOP)
         time.sleep(LENIENT_S + 0.5)
         os.kill(daemon.process.pid, signal.SIGCONT)

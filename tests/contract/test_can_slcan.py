@@ -217,12 +217,16 @@ def test_a_line_that_nobody_reads_holds_up_neither_stop_nor_close():
 def test_a_stop_on_a_full_line_comes_before_what_was_queued():
     backend, near, far = frozen_adapter()
     backend.stop()
-    os.set_blocking(near, False)
-    seen = b""
-    while select.select([near], [], [], 0.2)[0]:
-        seen += os.read(near, 4096)
-    lines = [found for line in seen.split(b"\r") if (found := slcan.parse(line))]
-    assert lines[-2:] == [(1 << 5 | 0x0E, bytes(4)), (1 << 5 | 0x07, b"\x01\0\0\0")]
+    stop, seen = [(1 << 5 | 0x0E, bytes(4)), (1 << 5 | 0x07, b"\x01\0\0\0")], b""
+
+    def lines():
+        """All that has come; the kernel moves it to this end a little later."""
+        nonlocal seen
+        seen += os.read(near, 4096) if select.select([near], [], [], 0.2)[0] else b""
+        return [found for line in seen.split(b"\r") if (found := slcan.parse(line))]
+
+    until(lambda: lines()[-2:] == stop, "the stop, and nothing after it")
+    assert not select.select([near], [], [], 0.2)[0]
     backend.close()
     os.close(near)
     os.close(far)

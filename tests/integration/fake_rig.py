@@ -13,14 +13,17 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 import zmq
 from axis_bounds import BOUNDS as AXIS
 from axis_bounds import DISPLAY
+from patience import PATIENCE_S
 
 from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype
 from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.host.exchange import gateway, requests
 from rtctl.host.exchange.gateway import PAUSE_S, Gateway
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.host.exchange.streams import Telemetry
@@ -35,6 +38,10 @@ BOUNDS = {**AXIS, **DISPLAY}
 
 FAULT_NS = 200_000_000
 """So long the cause of a fault is there."""
+
+STANDSTILLS = ((gateway, "GIVEN_UP_S"), (requests, "STALLED_S"), (requests, "DECIDED_S"))
+"""Times after which a host distrusts itself, its loop, or a request: here all of them stand still with the
+machine, and nobody is to be distrusted for that."""
 
 
 def description(names=("joint",), displays=("impedance",), **more) -> RigDescription:
@@ -78,6 +85,7 @@ class FakeLoop:
         row["tick"], row["time_ns"], row["wakeup_ns"], row["cycle_ns"] = self.slot, time_ns, 3000, 5000
         row["position_rad"] = 0.5 * math.sin(self.slot * 1e-3)
         row["temperature_c"] = math.nan
+        row["enabled"] = self.state in (State.ARMING, State.ACTIVE)
         row["command_seq"], row["environment_kind"] = command["seq"], command["environment_kind"]
         for name in ("display_kind", "mass_kgm2", "mass_damping_nms_rad"):
             row[name] = command[name]
@@ -137,6 +145,9 @@ class FakeRig:
         self._threads = [threading.Thread(target=self._run_loop), threading.Thread(target=self._run_host)]
 
     def __enter__(self):
+        self._patience = pytest.MonkeyPatch()
+        for module, name in STANDSTILLS:
+            self._patience.setattr(module, name, PATIENCE_S)
         self.context = zmq.Context()
         endpoints = self.runtime.endpoints
         self.access = Access(
@@ -146,7 +157,7 @@ class FakeRig:
         self.gateway = Gateway(
             self.context, endpoints, self.writer, self.description, self.reader.latest, access=self.access
         )
-        self.gateway._requests._desk.silence_s = 8.0  # a loaded machine is no silent renderer
+        self.gateway._requests._desk._clock_s = lambda: 0.0  # a loaded machine is no silent renderer
         self.telemetry.commands = self.gateway.counts
         for thread in self._threads:
             thread.start()
@@ -161,6 +172,7 @@ class FakeRig:
         self.context.term()
         self.memory.close()
         self.runtime.release()
+        self._patience.undo()
 
     def in_host(self, order) -> None:
         """Have the host's thread call `order` between two turns: what it works on is its own."""

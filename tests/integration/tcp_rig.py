@@ -54,6 +54,10 @@ def clients(root, port):
         one.close()
 
 
+TRY_S = 5.0
+"""Long enough for a new connection of a loaded machine, after which it is tried again."""
+
+
 def answers(rig_client, state="IDLE"):
     try:
         return rig_client.status()["state"] == state

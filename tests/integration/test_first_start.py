@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from patience import until
 
 from rtctl.client import RigClient
 
@@ -89,4 +90,4 @@ def test_a_signal_while_it_compiles_ends_all_of_it(first):
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130, said
     assert "Traceback" not in said
-    assert not [child for child in children if Path(f"/proc/{child}").exists()]
+    until(lambda: not [child for child in children if Path(f"/proc/{child}").exists()], "the end of all")

@@ -6,6 +6,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from patience import PATIENCE_S
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
@@ -31,7 +32,7 @@ def rig(tmp_path, monkeypatch):
 
 def run(rig, *observers):
     with Host(load(rig), observers=observers, runtime_dir=str(rig.parent / "run")) as host:
-        host.run(30.0)
+        host.run(PATIENCE_S)
 
 
 def until_active(host, rows):
@@ -51,7 +52,7 @@ def test_a_rig_that_was_tared_under_a_hand_is_armed_once_somebody_says_that_ther
     asked, said = [], []
 
     def ask():
-        with RigClient("mock", runtime_dir=tmp_path / "run", timeout_s=20.0) as client:
+        with RigClient("mock", runtime_dir=tmp_path / "run", timeout_s=PATIENCE_S) as client:
             for say in (client.arm, client.tare):
                 with pytest.raises(RefusedError) as refused:
                     say()

@@ -8,6 +8,7 @@ from threading import Thread
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from patience import PATIENCE_S
 
 from rtctl.cli import cli
 from rtctl.client import RigClient
@@ -36,10 +37,10 @@ def rig(tmp_path, monkeypatch):
 
 
 def run(rig, observers, **more):
-    """Run until an observer finishes, at most half a minute; what the watch knows at the end."""
+    """Run until an observer finishes, for a minute at most; what the watch knows at the end."""
     with Host(load(rig), observers=observers, runtime_dir=str(rig.parent / "run"), **more) as host:
         at_start = host.friction.status()
-        summary = host.run(30.0)
+        summary = host.run(PATIENCE_S)
         return summary, at_start, host.friction.status(), host.friction.warnings()
 
 
@@ -113,7 +114,7 @@ def test_a_client_has_the_compensation_of_a_running_rig_held(rig):
     asked, said, after = [], [], []
 
     def ask():
-        with RigClient("mock", runtime_dir=rig.parent / "run", timeout_s=20.0) as client:
+        with RigClient("mock", runtime_dir=rig.parent / "run", timeout_s=PATIENCE_S) as client:
             said.append(client.set_adaptation(False))
             said.append(client.status()["axes"][0]["adapting"])
 

@@ -7,7 +7,7 @@ import pytest
 import zmq
 from fake_rig import FakeRig
 from patience import PATIENCE_S, until
-from tcp_rig import answers
+from tcp_rig import TRY_S, answers
 
 from rtctl.errors import BusyError, ConfigError, NoReplyError
 from rtctl.wire.entrances import Access
@@ -85,6 +85,7 @@ def test_at_most_sixteen_connect_and_the_last_places_are_for_operators(rig, clie
         client("operator", timeout_s=0.5).hello()
     for one in renderers[:6]:
         one.close()
+    late.timeout_s = TRY_S
     until(lambda: answers(late))
 
 

@@ -69,7 +69,7 @@ FAULT = """
 channel = "link"
 kind = "drop"
 at_s = 4.0
-for_s = 0.2
+for_s = 0.0
 """
 
 

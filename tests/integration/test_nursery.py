@@ -68,6 +68,21 @@ def test_it_has_all_that_its_parent_gives_to_a_program_and_nothing_else(tmp_path
     assert born["parent"] == os.getpid()
 
 
+def test_it_holds_back_the_signals_that_its_parent_does_and_no_others(tmp_path):
+    command = program(tmp_path, TOLD)
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP, signal.SIGINT})
+    try:
+        made = nursery.Nursery()  # as for the first host of a session
+        beside = both(command, cwd=tmp_path)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
+    masked = [json.loads(done.stdout)["masked"] for done in beside]
+    assert masked == [[signal.SIGHUP, signal.SIGINT]] * 2
+    after = nursery.run(command, cwd=tmp_path, capture_output=True, nursery=made)
+    made.close()
+    assert json.loads(after.stdout)["masked"] == sorted(held)
+
+
 def test_it_has_each_descriptor_by_the_number_that_it_has_here(tmp_path):
     command = program(tmp_path, "import os, sys; [os.write(int(fd), fd.encode()) for fd in sys.argv[1:]]")
     with (tmp_path / "one").open("w") as one, (tmp_path / "other").open("w") as other:

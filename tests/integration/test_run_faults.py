@@ -12,9 +12,11 @@ from rtctl_process import CONFIGS, finish, start
 from rtctl.client import RigClient
 from rtctl.errors import FaultError, RecordingError, RefusedError
 
-STALL = "[[fault]]\nchannel = 'loop'\nkind = 'stall'\nvalue = 3.0\nat_s = 0.3\nfor_ticks = 1\n"
-PRESSED = "[[fault]]\nchannel = 'estop'\nkind = 'pressed'\nat_s = 0.6\nfor_s = 0.1\n"
-UNPLUGGED = "[[fault]]\nchannel = 'link'\nkind = 'raise_read'\nat_s = 0.3\nfor_ticks = 1\n"
+STALL = "[[fault]]\nchannel = 'loop'\nkind = 'stall'\nvalue = 3.0\nat_s = 0.3\nfor_s = 0.1\n"
+PRESSED = "[[fault]]\nchannel = 'estop'\nkind = 'pressed'\nat_s = 0.6\nfor_s = 0.0\n"
+UNPLUGGED = "[[fault]]\nchannel = 'link'\nkind = 'raise_read'\nat_s = 0.3\nfor_s = 0.4\n"
+"""None is due in a single slot, which a loaded machine may miss. The device is asked for again half a second
+after it was lost."""
 
 
 def run(folder, schedule, *more):
@@ -70,7 +72,8 @@ def test_a_sensor_that_is_bad_from_the_first_tick_on_is_said_and_is_why_the_rig_
     finally:
         process.kill()
     assert (code, summary["state"], summary["faults"]) == (0, "SHUTDOWN", ["BAD_SAMPLE"])
-    said = [line for line in stderr.splitlines() if "compiling" not in line and "warning" not in line]
+    beside = ("compiling", "warning", "stood still")  # of this machine
+    said = [line for line in stderr.splitlines() if not any(word in line for word in beside)]
     lines = [line.split(": ")[:2] for line in said]
     # the client that is refused may have seen the fault a moment before the host told it
     (refused,) = [line for line in lines if " refused" in line[1]]
@@ -106,7 +109,7 @@ def test_a_monitor_says_no_data_when_the_rig_is_killed_and_goes_on_when_it_is_ba
         with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
             rig.hello()
         watching = Program(command, stdout=subprocess.PIPE, text=True)
-        assert watching.stdout.readline().split()[1] == "IDLE"
+        assert any(" IDLE " in line for line in watching.stdout)
         first.kill()
         first.wait()
         gone = next(line for line in watching.stdout if " IDLE " not in line)

@@ -4,7 +4,8 @@ import shutil
 
 import pytest
 from patience import PATIENCE_S, until
-from rtctl_process import CONFIGS, finish, greet, start
+from rtctl_process import finish, greet, start
+from slow_rig import slow_rig_file
 
 from rtctl.client import RigClient
 
@@ -12,7 +13,7 @@ pytestmark = pytest.mark.compiled
 
 
 def test_a_daemon_whose_sockets_went_stops_its_rig_and_ends(folder):
-    daemon = start(CONFIGS / "mock.toml", folder, "--arm")
+    daemon = start(slow_rig_file(folder.parent), folder, "--arm")  # a late tick must not stop it before
     with RigClient("mock", runtime_dir=folder) as client:
         greet(client, daemon, 10 * PATIENCE_S)  # its law may have to be compiled
         until(lambda: client.status()["state"] == "ACTIVE", "armed")

@@ -92,7 +92,7 @@ def test_a_refused_rig_opens_no_device_and_its_loop_is_gone_without_a_word(watch
     assert done.stdout == ""
     assert done.stderr.startswith("rtctl: ")
     assert not watched.opened.exists()
-    assert not [pid for pid in watched.loops() if Path(f"/proc/{pid}").exists()]
+    until(lambda: all(map(gone, watched.loops())), "the end of its loop")
 
 
 @pytest.mark.compiled

@@ -10,7 +10,9 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from patience import until
 from ports import free_ports
+from standstill import OF_THIS_MACHINE, TRIES, stopped_by
 
 from rtctl.client import RigClient, State
 from rtctl.wire.keys import KeyStore
@@ -96,14 +98,12 @@ def run_in_time(rig, command, *more):
     """The client's run; another one where this machine stood still for longer than a renderer may be
     silent.
     """
-    for _ in range(4):
-        done = run(command, *more)
-        first = rig.status()["fault_first"]
-        if first is None or first["name"] != "TARGET_LOST":
-            return done
-        rig.stop()  # ends the lease too
-        rig.reset()
-    return run(command, *more)
+    for _ in range(TRIES):
+        with rig.events() as events:
+            done = run(command, *more)
+            if done.returncode == 0 or not stopped_by(events) & OF_THIS_MACHINE:
+                break
+    return done
 
 
 @pytest.mark.parametrize("way", ["ipc", "tcp"])
@@ -117,6 +117,7 @@ def test_it_subscribes_holds_the_lease_moves_the_joint_and_stops(daemon, client,
     assert told["moved_rad"] > 0.015
     assert told["samples"] > 20
     assert told["gaps"] == 0
+    until(lambda: rig.status()["state"] != "STOPPING", "the end of the ramp")
     status = rig.status()
     assert (status["state"], status["fault_first"], status["lease_holder"]) == ("IDLE", None, None)
 

@@ -6,8 +6,9 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
+
+from patience import PATIENCE_S, until
 
 from rtctl.simulation import campaign_margins, campaign_workers
 from rtctl.simulation.campaign_workers import results
@@ -33,13 +34,12 @@ def test_workers_end_with_their_parent():
             workers = [int(parent.stdout.readline()) for _ in range(2)]
         finally:  # whatever was read, or the test would wait for as long as the work takes
             parent.send_signal(signal.SIGTERM)
-        assert parent.wait(10) == -signal.SIGTERM
-        late = time.monotonic() + 10.0
-        while (left := [pid for pid in workers if _lives(pid)]) and time.monotonic() < late:
-            time.sleep(0.02)
-        for pid in left:
-            os.kill(pid, signal.SIGKILL)
-    assert not left
+        assert parent.wait(PATIENCE_S) == -signal.SIGTERM
+        try:
+            until(lambda: not any(map(_lives, workers)), "the end of the workers")
+        finally:
+            for pid in filter(_lives, workers):
+                os.kill(pid, signal.SIGKILL)
 
 
 def _lives(pid):

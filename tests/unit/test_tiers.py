@@ -211,7 +211,7 @@ def test_busy():
 
 
 def test_a_session_says_which_files_were_not_quick(tmp_path, monkeypatch):
-    for name in ("conftest.py", "few.py"):
+    for name in ("conftest.py", "few.py", "patience.py"):
         shutil.copy(tiers.TESTS / name, tmp_path)
     table = (tiers.TESTS / "tiers.py").read_text().replace(f"QUICK_S = {tiers.QUICK_S}", "QUICK_S = 0.2")
     (tmp_path / "tiers.py").write_text(table)

@@ -102,29 +102,49 @@ def test_an_incident_of_another_version_is_told_by_name(
 
 
 class Rig:
-    """A client of a rig whose motor goes off after so many questions."""
+    """A client of a rig whose motor goes off after so many questions, and whose loop takes a stop up after so
+    many.
+    """
 
-    def __init__(self, questions):
-        self.left, self.stopped = questions, False
+    def __init__(self, motor_off, taken_up=0):
+        self._motor_off, self._taken_up, self.asked, self.stopped = motor_off, taken_up, 0, False
 
     def stop(self):
         self.stopped = True
+        return 7
 
     def status(self):
-        self.left -= 1
-        return {"enabled": self.left > 0}
+        self.asked += 1
+        return {
+            "enabled": self.asked < self._motor_off,
+            "command_seq_in_force": 6 + (self.asked >= self._taken_up),
+        }
 
 
-def test_a_motor_that_stays_on_is_no_success_of_stop(monkeypatch):
+@pytest.fixture
+def stop(monkeypatch):
+    """What `rtctl stop` does to a client, in a time of its own."""
     now = [0.0]
     clock = SimpleNamespace(monotonic=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + s))
     monkeypatch.setattr(operate, "time", clock)
+    return operate.stop.callback.__wrapped__
+
+
+def test_a_motor_that_stays_on_is_no_success_of_stop(stop):
     rig = Rig(5)
-    act = operate.stop.callback.__wrapped__
-    act(rig)
+    stop(rig)
     assert rig.stopped
-    with pytest.raises(ClientError, match="motor is enabled after 2 s"):
-        act(Rig(10**6))
+    with pytest.raises(ClientError, match="after 2 s the motor is enabled"):
+        stop(Rig(10**6))
+
+
+def test_a_motor_that_was_off_before_the_stop_is_no_success_of_it(stop):
+    """An arm that came a moment earlier may be on its way to the loop."""
+    rig = Rig(0, taken_up=5)
+    stop(rig)
+    assert rig.asked == 5
+    with pytest.raises(ClientError, match="after 2 s the loop has not taken it up"):
+        stop(Rig(0, taken_up=10**6))
 
 
 @pytest.mark.parametrize("name", ["..", ".", "", "../../home", "/", "mock/.."])

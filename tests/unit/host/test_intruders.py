@@ -3,7 +3,6 @@ import errno
 import mmap
 import os
 import resource
-import socket
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -11,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 import zmq
 from patience import PATIENCE_S, until
+from ports import free_ports
 
 from rtctl.errors import RtctlError
 from rtctl.host.exchange.publisher import Publisher
@@ -85,10 +85,8 @@ class House:
 
 @pytest.fixture
 def house():
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
-        made = House(folder, port)
+        made = House(folder, free_ports())
         yield made
         made.close()
 

@@ -158,11 +158,11 @@ def test_a_stopped_process_is_seen():
     try:
         assert not counters.stopped()
         child.send_signal(signal.SIGSTOP)
-        assert until(lambda: counters.look(0).stopped, 10)
+        assert until(lambda: counters.look(0).stopped)
         child.send_signal(signal.SIGCONT)
-        assert until(lambda: not counters.look(0).stopped, 10)
+        assert until(lambda: not counters.look(0).stopped)
         assert counters.stopped(), "it was, and nobody had asked"
-        assert until(lambda: not counters.stopped(), 10)
+        assert until(lambda: not counters.stopped())
     finally:
         counters.close()
         child.kill()

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from hanging import Hang
 from patience import PATIENCE_S
 
 from hw import registry
@@ -115,17 +116,15 @@ def test_what_a_stop_sends_is_made_before_a_loop_dies(monkeypatch):
 @pytest.mark.parametrize("what", ["stop", "open"])
 def test_an_actuator_that_hangs_is_named_and_the_others_are_stopped(what, monkeypatch):
     loaded = faked("drive-and-force-sensor.toml", monkeypatch)
-    monkeypatch.setattr("hw.every_device.STOP_TIMEOUT_S", 0.02)
     monkeypatch.setattr("rtctl.host.safe_stop.OPEN_TIMEOUT_S", 0.02)
-    stop, forever = SafeStop(loaded), threading.Event()
+    stop, hang = SafeStop(loaded), Hang(monkeypatch, 0.02)
     first, second = MADE[-2:]
-    # so long that a stop one after the other is a failure, and ends
-    monkeypatch.setattr(first, what, lambda: forever.wait(1.0) or first.calls.append("late"))
+    monkeypatch.setattr(first, what, hang)
     stop.tell()
     assert second.calls == ["stop"]
-    assert "late" not in first.calls
+    assert not hang.came_back
     bad, good = stop.now()
-    forever.set()
+    hang.end()
     assert second.calls == ["stop", "stop", "open", "stop", "close"]
     assert (bad.confirmed, good.confirmed) == (False, True)
     assert bad.detail == "has not come back after 0.02 s"

@@ -1,12 +1,12 @@
 """Connections are let into a socket of libzmq a few at a time, by the kernel and not by who is quicker."""
 
-import socket
 import tempfile
 import time
 
 import pytest
 import zmq
 from patience import until
+from ports import free_ports
 
 from rtctl.wire.connections import Connections
 from rtctl.wire.turnstile import Turnstile
@@ -17,14 +17,12 @@ WAITING = 12
 
 @pytest.fixture(params=["ipc", "tcp"])
 def door(request):
-    with tempfile.TemporaryDirectory(prefix="rt") as folder, socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-        probe.close()
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
         context = zmq.Context()
         router = context.socket(zmq.ROUTER)
         router.setsockopt(zmq.LINGER, 0)
         seen = Connections(context, router)
-        address = f"ipc://{folder}/d" if request.param == "ipc" else f"tcp://127.0.0.1:{port}"
+        address = f"ipc://{folder}/d" if request.param == "ipc" else f"tcp://127.0.0.1:{free_ports()}"
         router.bind(address)
         made = []
         yield address, router, seen, made

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from hanging import Hang
 from rig_fakes import DRIVE, MADE, Fake, drive_and_finger, known, member, read, rig
 
 from hw.interface import BackendError, LinkFault, LinkLost, Words
@@ -126,15 +127,15 @@ def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what,
     backend = compose(
         [member("a", ["force"]), member("b", ["estop"]), member("drive", ["position"], ["torque"])], rig()
     )
-    reached, forever = threading.Event(), threading.Event()
-    monkeypatch.setattr("hw.every_device.STOP_TIMEOUT_S", 0.02)
-    MADE["a"].on = {what: lambda: forever.wait(60)}
+    reached, hang = threading.Event(), Hang(monkeypatch, 0.02)
+    MADE["a"].on = {what: hang}
     MADE["b"].on = {what: lambda: 1 / 0}
     MADE["drive"].on = {what: reached.set}
     with pytest.raises(BackendError, match=_UNTOLD_NO_MORE):
         getattr(backend, what)()
-    assert reached.wait(60)
-    forever.set()
+    assert reached.is_set()
+    assert not hang.came_back
+    hang.end()
 
 
 def test_stop_works_without_threads(monkeypatch):

@@ -1,0 +1,41 @@
+"""A rig that was stopped because this machine stood still: whoever asks for something else asks again."""
+
+from patience import PATIENCE_S, until
+
+from rtctl.errors import RefusedError
+
+OF_THIS_MACHINE = {"TARGET_LOST", "HOST_SILENT", "OVERRUN", "STALLED"}
+"""Faults of a renderer, a host or a loop that came too late."""
+
+TRIES = 10
+
+
+def stopped_by(events):
+    """Names of the faults that have stopped a rig, once it is at rest, by a stream of its events from before
+    that.
+    """
+    faults = set()
+
+    def is_over():
+        event = events.receive(0.1) or {}
+        faults.update({event["name"]} if event.get("event") == "fault" else ())
+        return faults and event.get("to") in ("IDLE", "FAULT")
+
+    until(is_over, "the end of a stop")
+    return faults
+
+
+def undisturbed(rig, attempt):
+    """What `attempt` gives, which arms the rig; tried anew where it was refused because this machine stood
+    still.
+    """
+    for left in reversed(range(TRIES)):
+        with rig.events() as events:
+            try:
+                return attempt()
+            except RefusedError:
+                if not left or not stopped_by(events) & OF_THIS_MACHINE:
+                    raise
+        if rig.status()["state"] == "FAULT":
+            rig.reset(timeout_s=PATIENCE_S)
+    return None
