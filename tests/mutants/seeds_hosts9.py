@@ -54,4 +54,23 @@ SEEDS = (
         "ended = False",
         (f"{WORDS}::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
+    Seed(
+        "a browser that does not read keeps as many batches of any length",
+        "rtctl/client/view_feed.py",
+        "while len(self.batches) > max(1, KEPT_BYTES // rows.nbytes):",
+        "while len(self.batches) > KEPT_BATCHES:",
+        (
+            "tests/unit/view/test_followers.py::test_a_browser_that_does_not_read_keeps_a_bounded_number_of_bytes",
+        ),
+    ),
+    Seed(
+        "an incident that a full disk refused is forgotten",
+        "rtctl/host/flight_recorder.py",
+        "while self._unwritten and self._write(self._unwritten[0]):",
+        "while self._unwritten and (self._write(self._unwritten[0]) or True):",
+        (
+            "tests/unit/host/test_flight_recorder.py::"
+            "test_incidents_that_a_full_disk_refused_are_written_once_there_is_room",
+        ),
+    ),
 )

@@ -1,0 +1,17 @@
+"""What the page's server keeps for a browser that does not read."""
+
+import pytest
+
+from rtctl.client.view_feed import KEPT_BYTES, Follower
+from rtctl.tick import new_ticks
+
+
+@pytest.mark.parametrize(("rows", "batches"), [(2000, 30), (30_000, 3)])
+def test_a_browser_that_does_not_read_keeps_a_bounded_number_of_bytes(rows, batches):
+    follower, batch = Follower(), new_ticks(rows, 1)
+    for k in range(batches):
+        batch = batch.copy()
+        batch["tick"] = k
+        follower.add(batch)
+    assert sum(one.nbytes for one in follower.batches) <= max(KEPT_BYTES, batch.nbytes)
+    assert follower.take()[0]["tick"][-1] == batches - 1, "the newest is kept, however long it is"
