@@ -36,7 +36,7 @@ TIMING = "measured timing"
 
 QUEUE_ITEMS = 256
 MOST_UNWRITTEN = 4
-"""Incidents that the disk refused and that are kept until it has room: .2 MB each, of eight axes at most 7."""
+"""Incidents that the disk refused, kept until it has room: .2 MB each, of eight axes at most 7."""
 RETRY_S = 1.0
 END_S = 2.0
 """Longest wait for the disk at the end of a run."""

@@ -15,7 +15,7 @@ LINES_PER_S = 16
 """Most lines a second of each kind: changes of state with their faults, and the rest. What is beyond is
 counted in a later one, and stands in the event log whole."""
 
-REMEDY = "make room there, or let this user write: it is tried again"
+REMEDY = "remove what hinders it (room, rights): it is tried again"
 
 _GRADES = {
     Level.INFO: Grade.INFO,

@@ -73,4 +73,14 @@ SEEDS = (
             "test_incidents_that_a_full_disk_refused_are_written_once_there_is_room",
         ),
     ),
+    Seed(
+        "a page without descriptors asks for the connection that waits as fast as it can",
+        "rtctl/client/view_server.py",
+        "            time.sleep(MESSAGE_S)\n            raise",
+        "            raise",
+        (
+            "tests/unit/view/test_followers.py::"
+            "test_a_connection_that_cannot_be_taken_for_want_of_descriptors_is_not_asked_for_without_a_rest",
+        ),
+    ),
 )
