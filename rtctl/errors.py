@@ -144,3 +144,7 @@ class RecordingError(RtctlError):
     """A recording that has gaps, as where the disk refused it, or is not there at all."""
 
     exit_code = 14
+
+
+class TerminatedError(KeyboardInterrupt):
+    """SIGTERM before the rig ran, where it ends what Ctrl-C ends; exit code 143."""

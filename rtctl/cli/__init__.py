@@ -25,7 +25,7 @@ from hw import installed_anew
 from rtctl import __version__
 from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
-from rtctl.errors import ConfigError, RtctlError
+from rtctl.errors import ConfigError, RtctlError, TerminatedError
 from rtctl.standard_streams import open_standard_streams
 from rtctl.terminal import Grade, NobodyReadsError, graded, obey_nothing_foreign, write_for_nobody
 
@@ -60,7 +60,8 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100, "show_default": True},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
     "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
-    "14 recording broken, 130 Ctrl-C, 141 nobody reads the output, 1 anything else.",
+    "14 recording broken, 130 Ctrl-C, 141 nobody reads the output, 143 SIGTERM before the rig ran, "
+    "1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:
@@ -95,14 +96,18 @@ def main() -> None:
     obey_nothing_foreign()
     if runs := sys.argv[1:2] == ["run"]:
         gc.disable()  # what is imported is no garbage: to look for it takes a tenth of the start (`cli.run`)
+        # until the host counts it (`rtctl.host.signals`); any other command ends by it as any program does
+        signal.signal(signal.SIGTERM, _interrupt)
+    elif signal.getsignal(signal.SIGTERM) is not signal.SIG_IGN:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     # else a shell script has started this in the background, where Ctrl-C is ignored: it stays so
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _interrupt)
         sys.unraisablehook = _unraisable
     try:
         code = _settled(_exit_code())
-    except KeyboardInterrupt:  # it came as the command had ended
-        code = _settled(_interrupted())
+    except KeyboardInterrupt as stop:  # it came as the command had ended
+        code = _settled(_interrupted(stop))
     if runs:
         _leave_at_once(code)
     sys.exit(code)
@@ -123,12 +128,13 @@ AGAIN_S = 0.05
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Remember Ctrl-C: pydantic, for one, makes an error of its own of the exception that this raises."""
+    """Remember Ctrl-C, or SIGTERM: pydantic, for one, makes an error of its own of the exception that this
+    raises."""
     _interrupts.append(number)
     if _lost_or_fatal(frame):
-        _say_again()
+        _say_again(number)
         return
-    raise KeyboardInterrupt
+    raise TerminatedError if number == signal.SIGTERM else KeyboardInterrupt
 
 
 def _lost_or_fatal(frame: FrameType | None) -> bool:
@@ -145,15 +151,15 @@ def _lost_or_fatal(frame: FrameType | None) -> bool:
     return bool(lost) or any(name.startswith("llvmlite.binding") for name in names)
 
 
-def _say_again() -> None:
-    threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+def _say_again(number: int) -> None:
+    threading.Timer(AGAIN_S, os.kill, (os.getpid(), number)).start()
 
 
 def _unraisable(what: sys.UnraisableHookArgs) -> None:
     """Ctrl-C while Python ends an object, or runs a callback of C, goes nowhere: it is said again, some
     instructions later."""
     if _interrupts and issubclass(what.exc_type, KeyboardInterrupt):
-        _say_again()
+        _say_again(_interrupts[-1])
     else:
         sys.__unraisablehook__(what)
 
@@ -181,15 +187,15 @@ def _outcome() -> int:
     except SystemExit as stop:
         # as Python itself: None is 0, a text is 1
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    except (click.Abort, KeyboardInterrupt):
-        return _interrupted()
+    except (click.Abort, KeyboardInterrupt) as stop:
+        return _interrupted(stop)
     except NobodyReadsError:
         raise
     except OSError as error:
         return _refused_by_the_machine(error)
     except Exception as error:  # whatever a library makes of Ctrl-C; anything else goes on as it is
         if _interrupts:
-            return _interrupted()
+            return _interrupted(error)
         if not installed_anew():
             raise
         # imported from two versions, or from none: the traceback would name lines of either
@@ -216,12 +222,16 @@ def _refused_by_the_machine(error: OSError) -> int:
     return 1
 
 
-def _interrupted() -> int:
+def _interrupted(stop: BaseException) -> int:
+    # click makes an Abort of it, a library whatever it likes
+    ended = isinstance(stop.__cause__ or stop, TerminatedError) or _interrupts[-1:] == [signal.SIGTERM]
+    code = 128 + (signal.SIGTERM if ended else signal.SIGINT)
+    kind = "Terminated" if ended else "Interrupted"
     if "--json" in sys.argv:
-        click.echo(json_text({"error": "Interrupted", "message": "interrupted", "exit_code": 130}))
+        click.echo(json_text({"error": kind, "message": kind.lower(), "exit_code": code}))
     else:
-        click.echo("interrupted", err=True)
-    return 130
+        click.echo(kind.lower(), err=True)
+    return code
 
 
 def _leave_at_once(code: int) -> None:

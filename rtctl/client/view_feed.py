@@ -10,6 +10,7 @@ import math
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +24,9 @@ from rtctl.wire.fault_names import FaultPlaces
 
 KEPT_BATCHES = 600
 """Unread batches a follower may leave behind: five seconds of a rig of 1 kHz."""
+
+KEPT_BYTES = 16 << 20
+"""And no more than so much of them, of a rig of many axes or long batches."""
 
 POINTS = 12
 """Rows of one message to a browser, at most."""
@@ -86,6 +90,15 @@ class Follower:
     batches: deque[np.ndarray] = field(default_factory=lambda: deque(maxlen=KEPT_BATCHES))
     events: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=200))
     news: threading.Event = field(default_factory=threading.Event)
+
+    def add(self, rows: np.ndarray) -> None:
+        """Keep a batch; the oldest go where it is too much."""
+        self.batches.append(rows)
+        # one batch is as long as another
+        while len(self.batches) > max(1, KEPT_BYTES // rows.nbytes):
+            with suppress(IndexError):  # taken meanwhile
+                self.batches.popleft()
+        self.news.set()
 
     def take(self) -> tuple[np.ndarray | None, list[dict[str, Any]]]:
         """Ticks and events since the last call."""
@@ -198,8 +211,7 @@ class Feed:
                 for name, histogram in self._histograms.items():
                     histogram.add(int(rows["time_ns"][-1]), rows[f"{name}_ns"])
                 for follower in self._each():
-                    follower.batches.append(rows)
-                    follower.news.set()
+                    follower.add(rows)
 
     def _events(self) -> None:
         with self._client.events() as stream:

@@ -84,6 +84,14 @@ class ViewServer(ThreadingHTTPServer):
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
 
+    def get_request(self) -> tuple[Any, Any]:
+        """The next connection."""
+        try:
+            return super().get_request()
+        except OSError:  # no descriptor is left: it waits, and would be asked for as fast as a core can
+            time.sleep(MESSAGE_S)
+            raise
+
     def process_request(self, request: Request, client_address: object) -> None:
         """A thread for one connection."""
         self.guests.come(request)
@@ -166,8 +174,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _has_key(self) -> bool:
         given = self.headers.get("X-Operator-Key", "")
-        # its time tells nothing of how much was right
-        # bytes: of text it takes ASCII alone
+        # its time tells nothing of how much was right; bytes: of text it takes ASCII alone
         return secrets.compare_digest(given.encode(), self.server.key.encode())
 
     def _press(self, name: str, body: bytes) -> None:

@@ -1,7 +1,8 @@
 """Keeps what happened: the event log, and the ticks around each incident. Written by a thread of its own.
 
 The host's poller hands over events and finished incidents through a bounded queue and never waits for
-the disk; what does not fit into the queue is counted. A full or missing disk breaks the log, not the run."""
+the disk; what does not fit into the queue is counted. A full or missing disk breaks the log, not the run,
+and the newest incidents that it refused are written once it has room."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ import os
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -33,6 +35,9 @@ TIMING = "measured timing"
 """What the next run is told by this one."""
 
 QUEUE_ITEMS = 256
+MOST_UNWRITTEN = 4
+"""Incidents that the disk refused, kept until it has room: .2 MB each, of eight axes at most 7."""
+RETRY_S = 1.0
 END_S = 2.0
 """Longest wait for the disk at the end of a run."""
 
@@ -86,6 +91,8 @@ class FlightRecorder:
         self._time_ns = 0 if rig.virtual else time.monotonic_ns()
         self._crowded = self._incidents = self._incidents_lost = 0
         self._incident_error: str | None = None
+        self._unwritten: deque[Incident] = deque()
+        self._retry_at_s = 0.0
         self.state_broken: dict[str, str | None] = dict.fromkeys((*STATE, TIMING))
         self._put([self._event("started", pid=os.getpid(), **self._about)])
         # daemon: a write that hangs in the kernel must not keep the process
@@ -126,7 +133,7 @@ class FlightRecorder:
             "written": self._log.written,
             "dropped": self._log.dropped + self._crowded,
             "incidents": self._incidents,
-            "incidents_lost": self._incidents_lost,
+            "incidents_lost": self._incidents_lost + len(self._unwritten),
         }
 
     @property
@@ -176,15 +183,25 @@ class FlightRecorder:
                 self._crowded += len(item)
 
     def _work(self) -> None:
-        while (item := self._queue.get()) is not None:
+        while (item := self._next()) is not None:
             if isinstance(item, Incident):
-                self._write(item)
+                self._unwritten.append(item)
+                self._write_incidents()
             elif isinstance(item, tuple):
                 self._keep_state(*item)
             else:
                 self._log.append(item)
                 self._keep_timing(item)
+        self._write_incidents()
         self._log.close()
+
+    def _next(self) -> _Item:
+        """The next item. Meanwhile incidents that the disk refused are tried again, every `RETRY_S`."""
+        while self._unwritten:
+            with suppress(queue.Empty):
+                return self._queue.get(timeout=max(0.0, self._retry_at_s - time.monotonic()))
+            self._write_incidents()
+        return self._queue.get()
 
     def _keep_state(self, what: str, task: Task) -> None:
         why = None
@@ -210,14 +227,22 @@ class FlightRecorder:
         if axes:
             self._keep_state(TIMING, lambda: timing.write(self.folder, self._rig.devices_sha256, axes))
 
-    def _write(self, incident: Incident) -> None:
+    def _write_incidents(self) -> None:
+        """Write the incidents that wait, the oldest first, as far as the disk takes them."""
+        while self._unwritten and self._write(self._unwritten[0]):
+            self._unwritten.popleft()
+        self._retry_at_s = time.monotonic() + RETRY_S
+        while len(self._unwritten) > MOST_UNWRITTEN:
+            self._unwritten.popleft()
+            self._incidents_lost += 1
+
+    def _write(self, incident: Incident) -> bool:
         incident.about = self._about
         try:
             path = write_incident(self.folder / FOLDER, incident)
         except OSError as error:
-            self._incidents_lost += 1
             self._incident_error = f"{self.folder / FOLDER}: {error.strerror or error}"
-            return
+            return False
         # counted by this thread alone: `status` reads a number that is whole at any time
         self._incidents += 1
         self._incident_error = None
@@ -225,3 +250,4 @@ class FlightRecorder:
             name: incident.trigger[name] for name in ("timestamp", "monotonic_s", "session", "tick", "epoch")
         }
         self._log.append([{**same, "event": "incident", "file": str(path), "ticks": len(incident.ticks)}])
+        return True

@@ -8,7 +8,8 @@ import signal
 
 
 class Signals:
-    """Counts SIGINT and SIGTERM (`ends`) and SIGHUP (`hangups`) from now on, until `close`. Main thread only.
+    """Counts SIGINT and SIGTERM (`ends`; `terminated`: a SIGTERM was among them) and SIGHUP (`hangups`) from
+    now on, until `close`. Main thread only.
 
     A SIGHUP by which the terminal says that it is gone is an end: nobody is at this program any more. Under
     `nohup` it is not.
@@ -18,6 +19,7 @@ class Signals:
     def __init__(self) -> None:
         self.ends = 0
         self.hangups = 0
+        self.terminated = False
         self._at_terminal = _has_terminal() and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN
         # a pipe, as a handler of Python runs between two of its instructions only, and a poll is one
         self._read, self._write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
@@ -48,8 +50,9 @@ class Signals:
         os.close(self._read)
         os.close(self._write)
 
-    def _on_end(self, _signal: int, _frame: object) -> None:
+    def _on_end(self, number: int, _frame: object) -> None:
         self.ends += 1
+        self.terminated |= number == signal.SIGTERM
 
     def _on_hangup(self, _signal: int, _frame: object) -> None:
         if self._at_terminal and not _has_terminal():

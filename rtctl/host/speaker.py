@@ -15,6 +15,8 @@ LINES_PER_S = 16
 """Most lines a second of each kind: changes of state with their faults, and the rest. What is beyond is
 counted in a later one, and stands in the event log whole."""
 
+REMEDY = "remove what hinders it (room, rights): it is tried again"
+
 _GRADES = {
     Level.INFO: Grade.INFO,
     Level.WARNING: Grade.WARNING,
@@ -51,7 +53,7 @@ class Speaker:
             if why != self._broken.get(what):
                 self._broken[what] = why
                 if why:
-                    self._say(f"{what.upper()} BROKEN: {why}", Grade.ERROR)
+                    self._say(f"{what.upper()} BROKEN: {why}; {REMEDY}", Grade.ERROR)
                 else:
                     self._say(f"{what}: written again", Grade.INFO)
 

@@ -20,7 +20,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
-from rtctl.errors import FaultError, LoopDiedError, RtctlError
+from rtctl.errors import FaultError, LoopDiedError, RtctlError, TerminatedError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
@@ -312,7 +312,7 @@ class Host:
                 self._tell_at_s = waited + TELL_EVERY_S
                 self.announce(_why_waiting(*so_far))
             if self.signals.ends:
-                raise KeyboardInterrupt
+                raise TerminatedError if self.signals.terminated else KeyboardInterrupt
             if waited - since_s > READY_TIMEOUT_S:
                 raise LoopDiedError(
                     f"the loop process was not ready after {waited:.0f} s, and nothing was compiled for "

@@ -1,5 +1,5 @@
 """Throws out whoever takes more of the host than a client needs, at every turn: unfinished messages, crowds,
-memory.
+what they do not take, memory.
 
 One connection is cut where the culprit is known, all of one kind where it is not; clients connect again by
 themselves."""
@@ -16,6 +16,7 @@ from rtctl.wire.authenticator import VIEWER, Authenticator, Notice
 from rtctl.wire.freed_memory import Heap
 from rtctl.wire.protocol import MAX_OUTSTANDING_REQUESTS, MAX_REQUEST_BYTES
 from rtctl.wire.sockets import Door, descriptor_of, user_id
+from rtctl.wire.stalled import STALLED_S
 from rtctl.wire.traffic import bytes_taken, hang_up, local_peer, unread
 
 # four processes open two thousand connections a second (`rtctl.wire.turnstile`): ten between two looks
@@ -37,6 +38,11 @@ STEP_BYTES = 12 << 20
 """By which it has to go on growing for those to be suspected of whom nothing shows."""
 
 TRIM_S = 0.05
+
+LOOK_AT_STALLED_S = 0.5
+
+GROWN_STALLED_S = 1.0
+"""While memory has grown, whoever has taken nothing for so long is cut before anybody is suspected."""
 
 
 class _Stage(IntEnum):
@@ -95,7 +101,7 @@ class Intruders:
         self._usual: float | None = None  # memory that the host needs by itself
         self._stage = _Stage.CALM
         self._level: float | None = None  # memory when it was too much first, or somebody was cut off last
-        self._next_s = self._trim_s = self._looked_s = 0.0
+        self._next_s = self._stalled_s = self._trim_s = self._looked_s = 0.0
 
     def look(self, now_s: float) -> None:
         """Look, if it is time; `now_s` on a clock that never goes back, s."""
@@ -110,6 +116,9 @@ class Intruders:
                 self._hang_up(door, descriptor, "a message without an end")
             self._thin_out(door)
         self._look_at_memory(now_s)
+        if now_s >= self._stalled_s:
+            self._stalled_s = now_s + LOOK_AT_STALLED_S
+            self._cut_stalled(now_s, STALLED_S)
 
     def expel(self, door: Door, frame: zmq.Frame, why: str = "a message of too many frames") -> None:
         """Throw out whoever sent this frame: cut its connection, keep its sender out for a while."""
@@ -151,9 +160,11 @@ class Intruders:
     def _ban(self, door: Door, who: str, why: str) -> None:
         if who:
             self._authenticator.ban(door.domain, who)
+        self._notice("expelled", f"{self._name_of(who)} was expelled from {door.address}: {why}")
+
+    def _name_of(self, who: str) -> str:
         caller = self._authenticator.caller(who)
-        name = caller.name if caller else who.rstrip(":") or "a client"
-        self._notice("expelled", f"{name} was expelled from {door.address}: {why}")
+        return caller.name if caller else who.rstrip(":") or "a client"
 
     def _look_at_memory(self, now_s: float) -> None:
         if self._resident is None:
@@ -168,7 +179,8 @@ class Intruders:
             self._stage, self._level = _Stage.CALM, None
             return
         # memory of those that were expelled comes back late: from here on growth counts anew
-        if self._expel_floods() or self._level is None:
+        known = self._cut_stalled(now_s, GROWN_STALLED_S) or self._expel_floods()
+        if known or self._level is None:
             self._level = resident
         if now_s >= self._trim_s:  # what is left of those that were cut off
             self._trim_s = now_s + TRIM_S
@@ -189,6 +201,25 @@ class Intruders:
             self._stage = _Stage.CUT
         else:  # it is the host's own
             self._usual, self._stage = self._resident(), _Stage.CALM
+
+    def _cut_stalled(self, now_s: float, patience_s: float) -> bool:
+        """Cut whoever has taken nothing for so long: what waits for it is memory. False: there is nobody.
+
+        It is not kept out: a program that was stopped goes on, and connects again by itself."""
+        found = [
+            (door, descriptor)
+            for door in self._doors
+            if door.is_open
+            for descriptor in door.stalled.found(door.connections.descriptors(), now_s, patience_s)
+        ]
+        for door, descriptor in found:
+            who = door.traffic.users.get(descriptor, "") if door.by_tcp else local_peer(descriptor) or ""
+            hang_up(descriptor)
+            self._notice(
+                "stalled",
+                f"{self._name_of(who)} was cut off from {door.address}: it took nothing for {patience_s:g} s",
+            )
+        return bool(found)
 
     def _expel_floods(self) -> bool:
         """Throw out local processes of which more waits to be read than requests can make. False: there are

@@ -27,6 +27,7 @@ from rtctl.wire.endpoints import private_umask
 from rtctl.wire.private_folder import REMEDY
 from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS, HEARTBEAT_MS, MAX_REQUEST_BYTES
 from rtctl.wire.spare_descriptors import Reserve
+from rtctl.wire.stalled import Stalled
 from rtctl.wire.traffic import Traffic
 from rtctl.wire.turnstile import Turnstile
 from rtctl.wire.unix_group import give
@@ -131,6 +132,8 @@ class Door:
     ----------
     traffic : Traffic
         What its connections have sent.
+    stalled : Stalled
+        Which of them take nothing of what is sent to them.
     openings : int
         How often it was opened: its socket is another one each time."""
 
@@ -152,7 +155,6 @@ class Door:
         self._turnstile: Turnstile | None = None
         self._reserve, self._places, self._linger_ms = reserve, places, linger_ms
         self.openings = 0
-        self.traffic = self._new_traffic(binding, kind)
         self._context = context
         self._authenticator = authenticator
         self._name = name
@@ -220,14 +222,11 @@ class Door:
         self.connections.close()
         self.socket.close(linger=linger_ms)
 
-    @staticmethod
-    def _new_traffic(binding: Binding, kind: int) -> Traffic:
-        return Traffic(by_tcp=binding.listener is not None, listeners=kind in (zmq.PUB, zmq.XPUB))
-
     def _open(self) -> None:
         binding = self._binding
         self.openings += 1
-        self.traffic = self._new_traffic(binding, self._kind)
+        by_tcp, listeners = binding.listener is not None, self._kind in (zmq.PUB, zmq.XPUB)
+        self.traffic, self.stalled = Traffic(by_tcp=by_tcp, listeners=listeners), Stalled(by_tcp=by_tcp)
         # of a door that cannot be opened nothing stays: it is tried again and again
         with ExitStack() as undo:
             self.socket = undo.enter_context(self._context.socket(self._kind))

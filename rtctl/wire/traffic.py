@@ -10,6 +10,7 @@ has no such count: there the memory of the process is looked at (`rtctl.wire.int
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import socket as network
 import struct
@@ -25,7 +26,7 @@ LISTENER_BYTES = 64 * 1024
 LISTENER_BYTES_S = 16 * 1024
 """What a subscriber may send at once and for ever: subscriptions and signs of life."""
 
-_TCP_INFO = struct.Struct("=128xQ")  # linux/tcp.h: tcpi_bytes_received
+_TCP_INFO = struct.Struct("=120xQQ")  # linux/tcp.h: tcpi_bytes_acked, tcpi_bytes_received
 
 
 class Traffic:
@@ -80,23 +81,28 @@ class Traffic:
         return found
 
 
-def bytes_taken(descriptor: int) -> int | None:
-    """Bytes that this process has read from a TCP connection; None where it has gone."""
+def bytes_of(descriptor: int) -> tuple[int, int]:
+    """Bytes that the other end of a TCP connection has acknowledged, and those that came from it. Raises
+    OSError."""
+    # an object around libzmq's own descriptor, for one question: `detach` leaves it open
+    one = network.socket(network.AF_INET, network.SOCK_STREAM, 0, fileno=descriptor)
     try:
-        # an object around libzmq's own descriptor, for one question: `detach` leaves it open
-        one = network.socket(network.AF_INET, network.SOCK_STREAM, 0, fileno=descriptor)
-    except OSError:
-        return None
-    try:
-        (received,) = _TCP_INFO.unpack_from(
+        acknowledged, received = _TCP_INFO.unpack_from(
             one.getsockopt(network.IPPROTO_TCP, network.TCP_INFO, _TCP_INFO.size)
         )
-        # what waits in the kernel takes no memory of this process yet
-        return int(received) - unread(descriptor)
-    except (OSError, struct.error):
-        return None
+    except struct.error as error:  # a kernel that tells less
+        raise OSError(errno.ENOTSUP, str(error)) from error
     finally:
         one.detach()
+    return int(acknowledged), int(received)
+
+
+def bytes_taken(descriptor: int) -> int | None:
+    """Bytes that this process has read from a TCP connection; None where it has gone."""
+    with contextlib.suppress(OSError):
+        # what waits in the kernel takes no memory of this process yet
+        return bytes_of(descriptor)[1] - unread(descriptor)
+    return None
 
 
 def unread(descriptor: int) -> int:

@@ -8,7 +8,7 @@ import pytest
 from rtctl.check.law_plan import build
 from rtctl.control.records import command_dtype
 from rtctl.host.run_record import RunRecord
-from rtctl.host.speaker import Speaker
+from rtctl.host.speaker import REMEDY, Speaker
 from rtctl.recording.limits import Limits
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.parts import Parts
@@ -104,11 +104,11 @@ def test_a_log_or_a_recording_that_breaks_is_told_once_each_time():
 
     assert new() == []
     record.flight.broken = "events.jsonl: No space left on device"
-    assert new() == ["EVENT LOG BROKEN: events.jsonl: No space left on device"]
+    assert new() == [f"EVENT LOG BROKEN: events.jsonl: No space left on device; {REMEDY}"]
     assert new() == []
     record.recorder.broken, record.flight.broken = "x", None
-    assert new() == ["event log: written again", "RECORDING BROKEN: x"]
+    assert new() == ["event log: written again", f"RECORDING BROKEN: x; {REMEDY}"]
     record.flight.broken = "again"
-    assert new() == ["EVENT LOG BROKEN: again"]
+    assert new() == [f"EVENT LOG BROKEN: again; {REMEDY}"]
     record.flight.state_broken = {"zero of the force": "full"}
-    assert new() == ["ZERO OF THE FORCE BROKEN: full"]
+    assert new() == [f"ZERO OF THE FORCE BROKEN: full; {REMEDY}"]

@@ -26,6 +26,7 @@ from rtctl.host.exchange.rig_description import RigDescription, describe
 from rtctl.host.exchange.samples import Decimator, state_samples, tick_columns
 from rtctl.host.exchange.veiled_leases import veil_leases
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.tick import tick_dtype
 from rtctl.wire.encoding import encode
 from rtctl.wire.endpoints import private_umask
 from rtctl.wire.entrances import LINGER_MS, Access
@@ -44,6 +45,13 @@ from rtctl.wire.protocol import (
 
 QUEUE_S = 5.0
 """How far a subscriber may fall behind before it loses messages."""
+
+QUEUE_BYTES = 16 << 20
+"""And with how much: a rig of many axes or a quick loop makes so much in less. A third of what the memory of
+a host may grow by before somebody is suspected (`rtctl.wire.intruders`)."""
+
+BESIDES_BYTES = 6000
+"""What a batch has besides its ticks: the names of their columns, and a state."""
 
 MOST_ROWS = 2000
 """Ticks per message at most, so that one message stays below about 1 MB per axis."""
@@ -128,7 +136,7 @@ class Telemetry:
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
-        options = publisher.options(queue_messages(self._rig.batch_s))
+        options = publisher.options(queue_messages(self._rig))
         self._unguarded: _Unguarded | None = None
         self._local: HasSocket
         if access is None:
@@ -273,9 +281,13 @@ class Telemetry:
             self.dropped += not sender.send(topic, payload)
 
 
-def queue_messages(batch_s: float) -> int:
-    """Length of a subscriber's queue in messages: `QUEUE_S` of state, ticks and events, and health."""
+def queue_messages(rig: RigDescription) -> int:
+    """Length of a subscriber's queue in messages: `QUEUE_S` of them, as far as that is `QUEUE_BYTES`."""
     # state, ticks and events of each batch; health and setup each second
-    per_second = 3 / batch_s + 2
+    per_second = 3 / rig.batch_s + 2
     # 100: a batch of a second would leave a queue of few messages, and a burst of events fills that
-    return max(100, math.ceil(QUEUE_S * per_second))
+    wanted = max(100, math.ceil(QUEUE_S * per_second))
+    # without events every other message is ticks, and between them is the state
+    ticks = min(MOST_ROWS, rig.rate_hz * rig.batch_s) * tick_dtype(rig.n_axes).itemsize
+    # 16: what the longest batch of the quickest loop is cut into comes all at once, twice
+    return min(wanted, max(16, int(2 * QUEUE_BYTES / (ticks + BESIDES_BYTES))))

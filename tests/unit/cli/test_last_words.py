@@ -19,7 +19,7 @@ from rtctl.cli import cli, main
 from rtctl.cli.invocation import shown
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, OutputFolder
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, TerminatedError
 from rtctl.host import flight_recorder
 from rtctl.recording import recorder
 from rtctl.rig_file.config import load
@@ -72,6 +72,7 @@ def ended(monkeypatch, capsys):
         (raising(OSError(errno.EMFILE, "Too many open files")), 1, "rtctl: Too many open files"),
         (raising(NO_ROOM), 1, "rtctl: standard output: No space left on device; make room"),
         (raising(KeyboardInterrupt()), 130, "interrupted"),
+        (raising(TerminatedError()), 143, "terminated"),
         (lambda **_: ctrl_c_made_something_else(), 130, "interrupted"),
     ],
 )
@@ -102,19 +103,39 @@ def test_a_program_whose_files_were_replaced_says_so(ended, monkeypatch):
     assert "rtctl was installed anew while it ran: start it again (ModuleNotFoundError: No module" in err
 
 
-@pytest.mark.parametrize(("ignored", "code"), [(False, 130), (True, 1)])
-def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, ignored, code):
-    (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+@pytest.mark.parametrize("ignored", [False, True])
+@pytest.mark.parametrize(
+    ("number", "code", "said"),
+    [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")],
+    ids=["Ctrl-C", "SIGTERM"],
+)
+def test_a_signal_while_the_program_is_imported_ends_it_with_a_line(tmp_path, ignored, number, code, said):
+    (tmp_path / "click.py").write_text(f"import os\nos.kill(os.getpid(), {int(number)})\n")
     done = subprocess.run(
         [sys.executable, "-m", "rtctl", "--version"],
         env={**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}"},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.SIG_DFL),
+        preexec_fn=lambda: signal.signal(number, signal.SIG_IGN if ignored else signal.SIG_DFL),
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == code
-    assert ("KeyboardInterrupt" in done.stderr, bool(done.stderr)) == (False, ignored)
+    if ignored:  # then that click has no Group
+        assert (done.returncode, "AttributeError" in done.stderr) == (1, True)
+    else:
+        assert (done.returncode, done.stderr) == (code, said)
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_sigterm_before_the_rig_runs_ends_a_daemon_with_a_line_and_other_commands_at_once(command):
+    code = (
+        "import os, signal, sys, rtctl.cli\n"
+        f"sys.argv = ['rtctl', {command!r}]\n"
+        "rtctl.cli.cli.main = lambda **_: os.kill(os.getpid(), signal.SIGTERM)\n"
+        "rtctl.cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    daemon = command == "run"
+    assert (done.returncode, done.stderr) == ((143, "terminated\n") if daemon else (-signal.SIGTERM, ""))
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("check", "nowhere.toml", "--json")])
@@ -239,7 +260,7 @@ def test_ctrl_c_while_an_object_ends_is_heard_all_the_same():
 )
 def test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again(monkeypatch, names, heard):
     again = []
-    monkeypatch.setattr(rtctl.cli, "_say_again", lambda: again.append(True))
+    monkeypatch.setattr(rtctl.cli, "_say_again", again.append)
     monkeypatch.setattr(rtctl.cli, "_interrupts", [])
     frame = None
     for name in names:  # the outermost first
@@ -249,7 +270,7 @@ def test_ctrl_c_where_it_would_go_nowhere_or_be_fatal_is_said_again(monkeypatch,
         rtctl.cli._interrupt(signal.SIGINT, frame)
     except KeyboardInterrupt:  # one that pytest saw would end it
         raised = True
-    assert (raised, again) == (heard, [] if heard else [True])
+    assert (raised, again) == (heard, [] if heard else [signal.SIGINT])
     assert rtctl.cli._interrupts == [signal.SIGINT]
 
 

@@ -93,6 +93,26 @@ def test_a_missing_folder_is_told_and_nothing_else_happens(tmp_path):
     assert status["dropped"] == 5
 
 
+def test_incidents_that_a_full_disk_refused_are_written_once_there_is_room(tmp_path, monkeypatch):
+    monkeypatch.setattr(flight_recorder, "RETRY_S", 0.01)
+    full = tmp_path / "incidents"
+    full.write_text("a file where the folder of incidents belongs: nothing can be written there")
+    recorder, faults = FlightRecorder(tmp_path, RIG), flight_recorder.MOST_UNWRITTEN + 2
+    for k in range(faults):
+        recorder.observe(rows(800 * k, 400))
+        recorder.observe(rows(800 * k + 400, 400, State.FAULT, Fault.JUMP))
+    until(lambda: recorder.status()["incidents_lost"] == faults)
+    assert recorder.broken
+    full.unlink()
+    until(lambda: recorder.status()["incidents_lost"] == 2, "the newest of them")
+    recorder.close()
+    assert (recorder.broken, recorder.status()["incidents"]) == (None, flight_recorder.MOST_UNWRITTEN)
+    told = [Path(e["file"]) for e in read_events(tmp_path)[0] if e["event"] == "incident"]
+    assert [int(read_incident(path).trigger["tick"]) for path in told] == [
+        800 * k + 400 for k in range(2, faults)
+    ]
+
+
 def test_a_disk_that_fills_up_for_real(tmp_path):
     """A limit on the size of files stands for the end of the disk: writes fail in the middle of a line."""
     import resource

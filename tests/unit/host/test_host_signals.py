@@ -28,7 +28,7 @@ def test_requests_to_end_are_counted(signals, number):
     assert not is_readable(signals)
     os.kill(os.getpid(), number)
     os.kill(os.getpid(), number)
-    assert (signals.ends, signals.hangups) == (2, 0)
+    assert (signals.ends, signals.hangups, signals.terminated) == (2, 0, number == signal.SIGTERM)
     assert is_readable(signals)
 
 

@@ -1,6 +1,6 @@
 """What `rtctl run` says: a line per event and per broken file, bounded, and nothing that nobody asked for."""
 
-from rtctl.host.speaker import LINES_PER_S, Speaker
+from rtctl.host.speaker import LINES_PER_S, REMEDY, Speaker
 from rtctl.terminal import Grade
 from rtctl.wire.event_words import device_line, line_of
 
@@ -49,7 +49,7 @@ def test_a_recording_that_breaks_and_one_that_is_written_again_are_said_once():
     speaker = Speaker(heard)
     for why in (None, "no space left", "no space left", None):
         speaker.tell([], {"recording": why})
-    assert heard.lines == ["RECORDING BROKEN: no space left", "recording: written again"]
+    assert heard.lines == [f"RECORDING BROKEN: no space left; {REMEDY}", "recording: written again"]
 
 
 def test_lines_are_bounded_in_a_second():

@@ -10,8 +10,8 @@ from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
-from rtctl.host.exchange.streams import MOST_ROWS, Telemetry, queue_messages
-from rtctl.tick import new_ticks
+from rtctl.host.exchange.streams import MOST_ROWS, QUEUE_BYTES, Telemetry, queue_messages
+from rtctl.tick import new_ticks, tick_dtype
 from rtctl.wire.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
 
 MARK = b"mark"
@@ -200,9 +200,18 @@ def test_a_stalled_subscriber_is_counted_and_takes_nothing_from_the_others(air):
 
 
 def test_queues_hold_seconds_at_any_batch_length():
-    assert queue_messages(0.02) >= 5 * 3 * 50
-    assert queue_messages(0.001) >= 5 * 3 * 1000
-    assert queue_messages(1.0) >= 100
+    assert queue_messages(replace(RIG, batch_s=0.02)) >= 5 * 3 * 50
+    assert queue_messages(replace(RIG, batch_s=0.008)) >= 5 * 3 * 125
+    assert queue_messages(replace(RIG, batch_s=1.0, rate_hz=100.0)) >= 100
+
+
+@pytest.mark.parametrize(("axes", "rate_hz"), [(1, 10_000.0), (8, 1000.0), (8, 20_000.0)])
+@pytest.mark.parametrize("batch_s", [0.002, 0.1])
+def test_queues_hold_no_more_than_their_bytes(axes, rate_hz, batch_s):
+    rig = replace(RIG, axes=RIG.axes * axes, rate_hz=rate_hz, batch_s=batch_s)
+    ticks = min(MOST_ROWS, round(rate_hz * batch_s)) * tick_dtype(axes).itemsize
+    assert queue_messages(rig) / 2 * ticks <= max(QUEUE_BYTES, 8 * ticks)
+    assert queue_messages(rig) >= 16
 
 
 def test_every_topic_of_the_protocol_is_sent():
