@@ -24,7 +24,8 @@ from hw.playback.matlab_hdf import read_hdf
 from hw.playback.packed import most_unpacked, read_unpacked
 from hw.playback.spelt_out import spelt_out
 from hw.playback.tdms import read_tdms
-from hw.playback.text_table import PLACE, NoColumnError, Table, in_rows, read_text
+from hw.playback.text_table import PLACE, NoColumnError, Table, read_text
+from hw.playback.wrong_cells import in_rows
 
 if TYPE_CHECKING:
     from numpy.lib.npyio import NpzFile

@@ -15,7 +15,7 @@ import numpy as np
 
 from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
-from hw.playback import rising
+from hw.playback import other_clocks, rising
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
@@ -102,6 +102,7 @@ class _Table:
         self.notes: tuple[str, ...] = ()
         self.unsaid: tuple[str, ...] = ()
         self.time_s = self._stamps(options["time"]) if options.get("time") else None
+        self.notes += other_clocks.told(self.path, options, self.time_s, found.clocks)
 
     def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
         name, unit = column["column"], column.get("unit", "s")
@@ -261,8 +262,7 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
 
 
 def _at(grid: Grid, time_s: np.ndarray | None) -> np.ndarray | None:
-    """When the rows were taken, s: on the even grid of a stretch, where only rounding keeps its stamps off
-    it."""
+    """When the rows were taken, s: on an even grid where only rounding keeps their stamps off it."""
     if time_s is None:
         return None
     evened = [

@@ -110,3 +110,15 @@ def _meant(below: list[list[str]], at: int) -> str:
     if _COMMA.fullmatch(below[0][at]):
         return " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
     return ""
+
+
+def in_rows(name: str, of: str | None) -> str:
+    """What is said of a wanted column whose name stands in the rows of the column `of`; "" where it does in
+    none."""
+    if of is None:
+        return ""
+    return (
+        f"; {name!r} stands in the rows of {of!r}, a row for each signal: make a column of each first, with "
+        f"pandas: table.pivot_table(index=TIME, columns={of!r}, values=VALUE).interpolate('index')"
+        ".dropna().to_csv('wide.csv')"
+    )
