@@ -32,7 +32,7 @@ _WORD = r"(?:sampl(?:e|es|ing)?|scan|acquisition|logg?ing|logger|record(?:ing)?|
 _RATE = rf"(?:{_WORD}[ _-]?(?:rate|freq(?:uency)?|frequenz)|fs|f_s)"
 _STEP = (
     rf"(?:{_WORD}[ _-]?(?:interval|period|periode|time|step|zeit|intervall)"
-    r"|delta[ _]?[tx]|dt|x[ _]?increment)"
+    r"|delta[ _]?[tx]|dt|(?:x[ _]?)?increment)"
 )
 _SAID = re.compile(
     rf"\W*(?:(?P<rate>{_RATE})|(?P<step>{_STEP}))\s*(?:[\[(]\s*(?P<of>[^\])]*)[\])])?\W*?[\s=:,;|\"]\W*?"
@@ -57,10 +57,13 @@ class Clock:
     coarse_s: float = 0.0
 
 
-def above(lines: Sequence[str]) -> tuple[Clock, ...]:
-    """The step that the lines above a header say, where it is one."""
+def above(
+    lines: Sequence[str], names: Sequence[str] = (), settings: Sequence[Sequence[str]] = ()
+) -> tuple[Clock, ...]:
+    """The step that the lines above a header say, or rows of settings below its names, where it is one."""
     found = {}
-    for line in lines:
+    below = [f"{name}: {cell}" for row in settings for name, cell in zip(names, row, strict=False)]
+    for line in (*lines, *below):
         match = _SAID.match(line)
         if match is None or re.fullmatch(r"\d{1,3},\d{3}", match["value"]):  # a thousand, or one
             continue

@@ -122,7 +122,7 @@ def read_text(
         numbers, spelt = _cell_by_cell(path, body, layout, names, marks, head)
         said |= spelt
     headed = cells_of(head, layout.delimiter) if head is not None else []
-    clocks = other_clocks.above(lines[: max(0, layout.header)])
+    clocks = other_clocks.above(lines[: max(0, layout.header)], headed, units)
     clocks += other_clocks.beside(headed, body, layout.delimiter, layout.index, marks)
     return Table({name: numbers[:, k] for k, name in enumerate(names)}, said, clocks=clocks)
 
@@ -187,13 +187,13 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
         f"{', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
         + _no_unit(missing, found)
-        + in_rows(missing, next((own for row in rows for own, cell in row if cell == missing), None)),
+        + in_rows(missing, [own for row in rows for own, cell in row if cell == missing]),
     )
 
 
 def _no_unit(missing: str, found: list[str]) -> str:
     name, _, unit = missing.rpartition(":")  # of `angle:foo` on a command line
-    return f"; {name} is there, and {unit!r} is no unit" if name in found else ""
+    return f"; {name} is there, and {unit!r} is no unit" if name and name in found else ""
 
 
 def _named_cells(line: str, delimiter: str | None, named: list[str]) -> list[str]:

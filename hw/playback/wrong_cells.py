@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from hw.playback.cells import number, read_words
@@ -112,11 +113,15 @@ def _meant(below: list[list[str]], at: int) -> str:
     return ""
 
 
-def in_rows(name: str, of: str | None) -> str:
-    """What is said of a wanted column whose name stands in the rows of the column `of`; "" where it does in
-    none."""
-    if of is None:
+def in_rows(name: str, columns: Sequence[str]) -> str:
+    """What is said of a wanted column whose name stands in rows of these columns; "" without."""
+    if not columns:
         return ""
+    if len(columns) == 1:
+        return (
+            f"; {name!r} stands in one row alone, as in a second row of names: map the places (#1, #2, ...)"
+        )
+    of = columns[0]
     return (
         f"; {name!r} stands in the rows of {of!r}, a row for each signal: make a column of each first, with "
         f"pandas: table.pivot_table(index=TIME, columns={of!r}, values=VALUE).interpolate('index')"

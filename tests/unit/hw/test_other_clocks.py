@@ -16,6 +16,10 @@ def notes(path, head, times, beside=None, **options):
     cells = [f"{t:.6f},{np.sin(t):.6f},0.1" for t in times]
     rows = [f"{row},{at}" for row, at in zip(cells, beside, strict=True)] if beside else cells
     path.write_text("\n".join([*head, names, *rows]) + "\n")
+    return read(path, **options)
+
+
+def read(path, **options):
     table = {"file": str(path), "axis": [{"position": {"column": "q"}, "motor_torque": {"column": "tau"}}]}
     table |= options or {"time": {"column": "t"}}
     plain = PlaybackOptions.model_validate(table, context={"folder": path.parent}).model_dump(mode="json")
@@ -50,6 +54,18 @@ def test_a_rate_above_the_header_contradicts_a_slow_clock(head, tmp_path):
     assert notes(path, [head], 10 * T) == [], "one row of ten was kept"
     assert notes(path, [head], T, rate_hz=1000.0) == []
     assert len(notes(path, [head], T, rate_hz=1200.0)) == 1
+
+
+def test_an_increment_below_its_name_contradicts_a_rate(tmp_path):
+    path = tmp_path / "scope.csv"
+    rows = "\n".join(f"{k},{np.sin(t):.6f},0.1," for k, t in enumerate(T))
+    path.write_text(f"X,q,tau,Start,Increment,\nSequence,rad,Nm,-1.5,1.0e-03,\n{rows}\n")
+    assert read(path, rate_hz=1000.0) == []
+    (told,) = read(path, rate_hz=800.0)
+    assert (
+        "the line 'Increment: 1.0e-03' the rows are 0.001 s apart, by the rate that is given 0.00125 s"
+        in told
+    )
 
 
 @pytest.mark.parametrize("beside", [walls, lambda t: [f"{1_772_892_130 + one:.4f}" for one in t]])
