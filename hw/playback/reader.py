@@ -86,8 +86,8 @@ class _Table:
         roles = [[each["column"] for each in axis.values() if each] for axis in options["axis"]]
         if twice := next((name for each in roles for name in each if each.count(name) > 1), None):
             raise BackendError(
-                f"{self.path}: column {twice!r} is mapped twice: map the places (#2) of two rows of names; a "
-                "row for each signal (time, signal, value) wants a column for each first (pivot_table of pandas)"
+                f"{self.path}: column {twice!r} is mapped twice: map the places (#2) of two rows of names; "
+                "of a row for each signal make a column of each first (pivot_table of pandas)"
             )
         try:
             found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
@@ -190,8 +190,8 @@ def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> 
 def load_beside(
     options: Options, column: Mapping[str, Any], units: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds after the first row of a log, and another column in the first of these units; (n,) each. Options
-    and errors as `load`."""
+    """Seconds after the first row of a log, and another column in the first of these units; (n,) each.
+    Options and errors as `load`."""
     table = _Table({**options, "axis": [{"beside": column}], "force": None})
     values = table.si(column, units)
     if table.time_s is None:
