@@ -33,7 +33,7 @@ def layout(name: str) -> Callable[[Layout], Layout]:
 
 def every_layout() -> dict[str, Layout]:
     """All layouts: those of controllers here, and those of the files beside this one."""
-    for beside in ("robots", "data", "exports", "strangers", "carriages", "labs"):
+    for beside in ("robots", "data", "exports", "strangers", "carriages", "labs", "instruments"):
         import_module(f"other_layouts_of_{beside}")
     return LAYOUTS
 

@@ -24,7 +24,8 @@ from hw.playback.matlab_hdf import read_hdf
 from hw.playback.packed import most_unpacked, read_unpacked
 from hw.playback.spelt_out import spelt_out
 from hw.playback.tdms import read_tdms
-from hw.playback.text_table import PLACE, NoColumnError, Table, in_rows, read_text
+from hw.playback.text_table import PLACE, NoColumnError, Table, read_text
+from hw.playback.wrong_cells import in_rows
 
 if TYPE_CHECKING:
     from numpy.lib.npyio import NpzFile
@@ -225,7 +226,7 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     if (stem if matrix else name) not in arrays:
         known = ", ".join(map(_shown, arrays.items()))
         words = {own: np.asarray(each) for own, each in arrays.items()}
-        of = next((own for own, each in words.items() if each.dtype.kind in "OU" and name in each), None)
+        of = [own for own, each in words.items() if each.dtype.kind in "OU" for cell in each if cell == name]
         raise NoColumnError(
             name, f"{path}: no column {name!r}; the file has: {known[:500]}{in_rows(name, of)}"
         )

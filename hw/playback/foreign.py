@@ -25,7 +25,7 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (
         b"SQLite format 3",
         "an SQLite data base (a bag of ROS 2?)",
-        "export the topic as CSV, or convert the bag to MCAP",
+        "export the topic as CSV, or convert the bag to MCAP (ros2 bag convert, storage_id: mcap)",
     ),
     (b"#ROSBAG", "a bag of ROS 1", "export the topic as CSV (rostopic echo -b BAG -p TOPIC)"),
     (b"LOGG", "a trace of a CAN bus (BLF)", _DECODED),

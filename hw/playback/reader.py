@@ -15,7 +15,7 @@ import numpy as np
 
 from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
-from hw.playback import rising
+from hw.playback import other_clocks, rising
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
@@ -86,8 +86,8 @@ class _Table:
         roles = [[each["column"] for each in axis.values() if each] for axis in options["axis"]]
         if twice := next((name for each in roles for name in each if each.count(name) > 1), None):
             raise BackendError(
-                f"{self.path}: column {twice!r} is mapped twice: one column has one role; a table with a row "
-                "for each signal (time, signal, value) wants a column for each first (pivot_table of pandas)"
+                f"{self.path}: column {twice!r} is mapped twice: map the places (#2) of two rows of names; "
+                "of a row for each signal make a column of each first (pivot_table of pandas)"
             )
         try:
             found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
@@ -102,6 +102,7 @@ class _Table:
         self.notes: tuple[str, ...] = ()
         self.unsaid: tuple[str, ...] = ()
         self.time_s = self._stamps(options["time"]) if options.get("time") else None
+        self.notes += other_clocks.told(self.path, options, self.time_s, found.clocks)
 
     def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
         name, unit = column["column"], column.get("unit", "s")
@@ -189,8 +190,8 @@ def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> 
 def load_beside(
     options: Options, column: Mapping[str, Any], units: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds after the first row of a log, and a column beside those of the motion, in the first of these
-    units; (n,) each. Options and errors as `load`."""
+    """Seconds after the first row of a log, and another column in the first of these units; (n,) each.
+    Options and errors as `load`."""
     table = _Table({**options, "axis": [{"beside": column}], "force": None})
     values = table.si(column, units)
     if table.time_s is None:
@@ -261,8 +262,7 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
 
 
 def _at(grid: Grid, time_s: np.ndarray | None) -> np.ndarray | None:
-    """When the rows were taken, s: on the even grid of a stretch, where only rounding keeps its stamps off
-    it."""
+    """When the rows were taken, s: on an even grid where only rounding keeps their stamps off it."""
     if time_s is None:
         return None
     evened = [

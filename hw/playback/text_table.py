@@ -15,10 +15,19 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback import other_clocks
 from hw.playback.cells import marks_of, number, read_cells, read_words
 from hw.playback.message_lines import of_messages
-from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unlabelled, unstamped
-from hw.playback.wrong_cells import first_wrong, no_number
+from hw.playback.text_rows import (
+    cells_of,
+    is_number,
+    of_these_columns,
+    some_lines,
+    unit_rows,
+    unlabelled,
+    unstamped,
+)
+from hw.playback.wrong_cells import first_wrong, in_rows, no_number
 
 DELIMITERS = (",", ";", "\t", "|", None)
 """Tried in this order; None is any white space."""
@@ -46,26 +55,15 @@ class NoColumnError(BackendError):
         self.column = column
 
 
-def in_rows(name: str, of: str | None) -> str:
-    """What is said of a wanted column whose name stands in the rows of the column `of`; "" where it does in
-    none."""
-    if of is None:
-        return ""
-    return (
-        f"; {name!r} stands in the rows of {of!r}, a row for each signal: make a column of each first, with "
-        f"pandas: table.pivot_table(index=TIME, columns={of!r}, values=VALUE).interpolate('index')"
-        ".dropna().to_csv('wide.csv')"
-    )
-
-
 @dataclass
 class Table:
-    """Numbers by name, (n,) each, what unit rows say of them (empty without), and the time from row to row, s
-    (0: the file does not say)."""
+    """Numbers by name, (n,) each, what unit rows say of them (empty without), the time from row to row, s
+    (0: the file does not say), and what else it says of its time."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str] = field(default_factory=dict)
     step_s: float = 0.0
+    clocks: tuple[other_clocks.Clock, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,10 @@ def read_text(
     except ValueError:
         numbers, spelt = _cell_by_cell(path, body, layout, names, marks, head)
         said |= spelt
-    return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
+    headed = cells_of(head, layout.delimiter) if head is not None else []
+    clocks = other_clocks.above(lines[: max(0, layout.header)], headed, units)
+    clocks += other_clocks.beside(headed, body, layout.delimiter, layout.index, marks)
+    return Table({name: numbers[:, k] for k, name in enumerate(names)}, said, clocks=clocks)
 
 
 def _require_names(
@@ -135,7 +136,9 @@ def _require_names(
         return
     header = len(cells_of(head, layout.delimiter))
     # of delimiters alone, which end each row of some programs, come empty cells
-    cells = [cells_of(line.rstrip(f"{layout.delimiter or ''} \t"), layout.delimiter) for line in _some(body)]
+    cells = [
+        cells_of(line.rstrip(f"{layout.delimiter or ''} \t"), layout.delimiter) for line in some_lines(body)
+    ]
     fewest = min(map(len, cells))
     if fewest > header:
         raise BackendError(
@@ -184,13 +187,13 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
         f"{', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
         + _no_unit(missing, found)
-        + in_rows(missing, next((own for row in rows for own, cell in row if cell == missing), None)),
+        + in_rows(missing, [own for row in rows for own, cell in row if cell == missing]),
     )
 
 
 def _no_unit(missing: str, found: list[str]) -> str:
     name, _, unit = missing.rpartition(":")  # of `angle:foo` on a command line
-    return f"; {name} is there, and {unit!r} is no unit" if name in found else ""
+    return f"; {name} is there, and {unit!r} is no unit" if name and name in found else ""
 
 
 def _named_cells(line: str, delimiter: str | None, named: list[str]) -> list[str]:
@@ -244,15 +247,9 @@ def _unit_text(rows: list[list[str]], at: int) -> str:
     return next((cells[at] for cells in rows if at < len(cells) and cells[at]), "")
 
 
-def _some(body: list[str]) -> list[str]:
-    """Some 200 lines all over the table: a joint at rest at the start has small numbers, which have no mark
-    between thousands."""
-    return body[:: max(1, len(body) // 200)]
-
-
 def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
     """Cells of each wanted column in some 200 lines all over the table."""
-    lines = [cells_of(line, layout.delimiter) for line in _some(body)]
+    lines = [cells_of(line, layout.delimiter) for line in some_lines(body)]
     return [[cells[k] for cells in lines if k < len(cells)] for k in layout.index]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from hw.playback.cells import number, read_words
@@ -110,3 +111,19 @@ def _meant(below: list[list[str]], at: int) -> str:
     if _COMMA.fullmatch(below[0][at]):
         return " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
     return ""
+
+
+def in_rows(name: str, columns: Sequence[str]) -> str:
+    """What is said of a wanted column whose name stands in rows of these columns; "" without."""
+    if not columns:
+        return ""
+    if len(columns) == 1:
+        return (
+            f"; {name!r} stands in one row alone, as in a second row of names: map the places (#1, #2, ...)"
+        )
+    of = columns[0]
+    return (
+        f"; {name!r} stands in the rows of {of!r}, a row for each signal: make a column of each first, with "
+        f"pandas: table.pivot_table(index=TIME, columns={of!r}, values=VALUE).interpolate('index')"
+        ".dropna().to_csv('wide.csv')"
+    )

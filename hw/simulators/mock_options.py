@@ -224,7 +224,7 @@ class MockOptions(Table):
     time_to_live_ticks: int = number(1, 50, "a current is held this long without a new one", 10)
     temperature_c: float = number(-40, 200, "shown by the motor's sensor", 25.0)
     estop_from_s: float = number(0, 1e9, "emergency stop pressed from here", 0.0)
-    estop_to_s: float = number(0, 1e9, "to here; equal: never", 0.0)
+    estop_to_s: float = number(0, 1e9, "to here, not before; equal: never", 0.0)
     force: ForceOptions = ForceOptions()
     velocity: VelocityOptions | None = Field(default=None, description="none: no velocity sensor")
     timing: TimingOptions = TimingOptions()
@@ -239,6 +239,16 @@ class MockOptions(Table):
         if not 1 <= len(tables) <= 8:
             raise ValueError(f"needs 1 to 8 tables, not {len(tables)}")
         return tables
+
+    @model_validator(mode="after")
+    def _stop_lasts(self) -> MockOptions:
+        # refused: a stop that is scripted and never pressed would prove what it was scripted for
+        if self.estop_to_s < self.estop_from_s:
+            raise ValueError(
+                f"estop_to_s {self.estop_to_s:g} lies before estop_from_s {self.estop_from_s:g}: never "
+                "pressed; give a later estop_to_s, or leave both out"
+            )
+        return self
 
     @model_validator(mode="after")
     def _delay_fits(self) -> MockOptions:

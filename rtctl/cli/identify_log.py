@@ -197,8 +197,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
             sliding = samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
             sliding = with_load(sliding, signals) if by_load else sliding
-            points = level_points(with_temperature(sliding, signals, options, warmth) if warmth else sliding)
-            _write(out, points, found.bent, document, motion)
+            sliding = with_temperature(sliding, signals, found.options, warmth) if warmth else sliding
+            _write(out, level_points(sliding), found.bent, document, motion)
     lines = [*fit_lines(fit, found.bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"taken: {text}" for text in found.taken]

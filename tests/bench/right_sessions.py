@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import click
 import numpy as np
+from scipy.special import fdtri
 
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.learn.report_judge import faults, judge
+from rtctl.friction.learn.report_judge import RIGHT_REFUSED, Judgement, faults, judge
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 from tests.unit.friction.test_band_of_one_log import session
@@ -23,6 +24,9 @@ SIZE_NM = 2.0
 EACH_WAY = (5, 12, 24, 60)
 RULES = {"band": "outside the 95 % band", "line": "Coulomb + viscous", "any": "direction"}
 """Rule -> words of `report_judge.faults` by which it is known."""
+
+BEFORE = ("line before", "any before")
+"""The rule of the line without Fisher's F, as it was before decision 0162, and all with that one."""
 
 
 def thinned(points: FrictionPoints, each_way: int) -> FrictionPoints:
@@ -34,10 +38,24 @@ def thinned(points: FrictionPoints, each_way: int) -> FrictionPoints:
     return replace(points, left_out=~kept)
 
 
+def nearer_before(one: Judgement) -> bool:
+    """Whether a line was nearer by the rule of before decision 0162."""
+    judged = one.points - one.outside - one.slower
+    free = max(judged - 2, 1)
+    chance = fdtri(judged, free, np.sqrt(1 - RIGHT_REFUSED))
+    fitted = (one.floor_rmse_nm or 0.0) ** 2 * judged / free
+    allowed = (one.allowed_rmse_nm or 0.0) ** 2 - (chance - 1) * fitted
+    return (one.rmse_nm or 0.0) ** 2 > allowed
+
+
 def refused(model: FrictionModel, points: FrictionPoints) -> dict[str, bool]:
-    """Whether each of `RULES` speaks against the model."""
-    said = faults(judge(model, points))
-    return {rule: any(words in one for one in said) for rule, words in RULES.items()}
+    """Whether each of `RULES`, and of `BEFORE`, speaks against the model."""
+    found = judge(model, points)
+    said = faults(found)
+    line = any(map(nearer_before, found))
+    others = any(RULES["line"] not in one for one in said)
+    rules = {rule: any(words in one for one in said) for rule, words in RULES.items()}
+    return {**rules, **dict(zip(BEFORE, (line, line or others), strict=True))}
 
 
 @click.command()
@@ -56,10 +74,12 @@ def main(models: int, first: int, wrong: float) -> None:
                 for points, right in ((came, True), (larger, False)):
                     row = refused(model, thinned(points, each_way))
                     found.setdefault((each_way, right), []).append(row)
-    click.echo("| points each way | right, refused by " + " | ".join(RULES) + f" | {wrong:g} times |")
-    click.echo("|---" * (len(RULES) + 2) + "|")
+    click.echo(
+        "| points each way | right, refused by " + " | ".join((*RULES, *BEFORE)) + f" | {wrong:g} times |"
+    )
+    click.echo("|---" * (len(RULES) + len(BEFORE) + 2) + "|")
     for each_way in EACH_WAY:
-        of = [np.mean([row[rule] for row in found[each_way, True]]) for rule in RULES]
+        of = [np.mean([row[rule] for row in found[each_way, True]]) for rule in (*RULES, *BEFORE)]
         of.append(np.mean([row["any"] for row in found[each_way, False]]))
         click.echo(f"| {each_way} | " + " | ".join(f"{100 * one:.1f}" for one in of) + " |")
     click.echo(f"{3 * models} sessions of {models} models")

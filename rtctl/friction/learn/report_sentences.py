@@ -43,7 +43,9 @@ def headline(evidence: Evidence) -> list[str]:
             or of_test_warmth(evidence)
         )
         said += [of_test(rows, chosen), of_test_formulas(rows)]
-        said += [of_agreement(rows, held_out, chosen, evidence.folds, told=told)]
+        # what a ladder expects of the next session is more than was held out where sessions are few, or wear
+        expected_nm = evidence.ladder.expected_next_nm if evidence.ladder else 0.0
+        said += [of_agreement(rows, held_out, chosen, evidence.folds, told=told, expected_nm=expected_nm)]
         said += [of_verdict(evidence.model, evidence.test), of_test_warmth(evidence)]
     left_out = evidence.points.left_out
     said += [
@@ -133,16 +135,25 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
 
 
 def of_agreement(
-    rows: Sequence[Row], held_out: Sequence[Row], chosen: str, folds: str = "speed", *, told: bool = False
+    rows: Sequence[Row],
+    held_out: Sequence[Row],
+    chosen: str,
+    folds: str = "speed",
+    *,
+    told: bool = False,
+    expected_nm: float = 0.0,
 ) -> str:
-    """Whether the held-out error, of `folds`, said what the test points brought; no more than by how much
-    where it is `told` why it did not."""
+    """Whether the held-out error, of `folds`, or what was expected of the next session where that is more
+    (N m), said what the test points brought; no more than by how much where it is `told` why it did not."""
     # a held-out error of 0 is one of points that a computer made: no factor of it is said
     mine, before = _row(rows, chosen), _row(held_out, chosen)
     if mine is None or before is None or not before["held_out_rmse_nm"]:
         return ""
-    times = _test_nm(mine) / before["held_out_rmse_nm"]
-    said = f"That is {times:.2g} times its held-out error ({mnm(before['held_out_rmse_nm'])} mN m)"
+    held_out_nm = float(before["held_out_rmse_nm"])
+    before_nm = max(held_out_nm, expected_nm)
+    of = "its held-out error" if held_out_nm >= expected_nm else "what was expected of the next session"
+    times = _test_nm(mine) / before_nm
+    said = f"That is {times:.2g} times {of} ({mnm(before_nm)} mN m)"
     if times > AGREES and told:
         return f"{said}."
     if times > AGREES:

@@ -53,6 +53,10 @@ ROWS_LEAST, BELOW_LEAST = 60, 0.15
 """Fewest rows, and least share of them, that say what is wanted."""
 
 
+class ClippedError(DataError):
+    """A torque that was cut off."""
+
+
 def plateaus(signal: np.ndarray, where: str) -> tuple[Plateau, ...]:
     """Runs of equal largest or smallest values of a torque (N m) that otherwise changes from row to row."""
     if len(np.unique(signal)) < LEVELS_MIN:
@@ -97,7 +101,7 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
 
     Raises
     ------
-    DataError
+    ClippedError
         Names the column, where it ends and how far it was wanted.
 
     Notes
@@ -114,7 +118,7 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
                 if found.judged
                 else "hardly has a smaller torque"
             )
-            raise DataError(
+            raise ClippedError(
                 f"{plateau.where}: clipped at {plateau.level_nm:.4g} N m for {plateau.rows} samples from "
                 f"row {plateau.row} on: the motion {wants}; raise the range of the sensor, or move less "
                 "briskly"
@@ -123,7 +127,7 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
         for side in (1.0, -1.0):
             found = _at_top(balance, column, side)
             if found is not None and found.judged and _contradicted(found, SHORT) and _is_flat(found):
-                raise DataError(
+                raise ClippedError(
                     f"{source}: {name}: looks clipped at about {found.level_nm:.3g} N m: the motion wants "
                     f"{found.wanted_nm:.3g} N m on average where it stays there; raise the range of the "
                     "sensor or the limit of the drive, or move less briskly"

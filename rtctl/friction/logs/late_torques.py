@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from rtctl.friction.logs.balance import ROWS_ALIKE, Balance, Fit
+from rtctl.friction.logs.regressors import Regressors
 from rtctl.friction.logs.two_clocks import put_right
 
 LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
@@ -24,6 +25,16 @@ CLOCKS_LEAVE = 0.01
 # as `balance_faults.TOLD_RATIO`: two clocks are one cause more (decision 0070)
 CLOCKS_BETTER = 0.75
 """What two clocks leave over, RMS, share of what one delay does, from which on they are told."""
+
+
+ECHOES_S = np.arange(0.004, 0.1501, 0.004)
+"""Times later at which an echo of the torque is tried."""
+
+ECHO_LEAST, ECHO_ROUNDS = 0.08, 6
+"""Least share of an echo that is told, and times that the torque that acted is made anew with it."""
+
+ECHO_BETTER = 0.75
+"""Share of what one delay leaves over, RMS, from which down an echo is told in its place."""
 
 
 def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.ndarray:
@@ -72,6 +83,8 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     one = balance.fit(torque=late(balance, delay, delay))
     if abs(delay) < LATE_TOLD_S or not _sound(one):
         return None
+    if delay > 0 and (again := _echo(balance, plain, one)):
+        return again
     return (
         f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position "
         f"({_instead(delay)}): with that, {_left(balance, one)} of it is left over instead of "
@@ -101,6 +114,46 @@ def _two_clocks(balance: Balance, plain: Fit, two: Fit, first_s: float, last_s: 
     )
 
 
+def _echo(balance: Balance, plain: Fit, one: Fit) -> tuple[str, Fit] | None:
+    """A torque of which a share comes once more some time later, where that leaves far less over than the one
+    delay that was found.
+
+    With u the torque that acted the column is u + e u(t - d); u is what the balance wants, so that the noise
+    of the record does not explain itself."""
+    signals = balance.signals
+    motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
+    best, best_s = None, 0.0
+    for later_s in ECHOES_S:
+        before, fit = _shifted(motion, signals, -later_s)[signals.sliding], one
+        for _ in range(ECHO_ROUNDS):
+            wanted = before @ np.array([fit.inertia, fit.viscous, fit.coulomb])
+            fit = balance.fit(added=wanted[:, None])
+        if best is None or fit.rest < best.rest:
+            best, best_s = fit, float(later_s)
+    assert best is not None, "some are tried"
+    share = float(best.added[0])
+    if not (ECHO_LEAST < share < 1 and best.rest < ECHO_BETTER * one.rest and _sound(best)):
+        return None
+    return (
+        f"the torque looks as if {share:.2g} of it came once more {1e3 * best_s:.0f} ms later (an echo on a "
+        f"line, a command that is mixed with the measured torque): with that, {_left(balance, best)} of it "
+        f"is left over instead of {_left(balance, plain)}, as one that is late it leaves "
+        f"{_left(balance, one)}; map the torque that the motor made",
+        best,
+    )
+
+
+def _shifted(columns: np.ndarray, signals: Regressors, by_s: float) -> np.ndarray:
+    """Columns (n, k) of all rows as they are so much later, log by log."""
+    found = np.empty_like(columns)
+    for k in range(len(signals.sources)):
+        mine = signals.log == k
+        at_s = signals.time_s[mine]
+        for one in range(columns.shape[1]):
+            found[mine, one] = np.interp(at_s + by_s, at_s, columns[mine, one])
+    return found
+
+
 def _sound(fit: Fit) -> bool:
     return fit.inertia > 0 and fit.coulomb > 0
 
@@ -112,7 +165,8 @@ def _left(balance: Balance, fit: Fit) -> str:
 def _instead(delay_s: float) -> str:
     """What of the position looks like that delay of the torque."""
     return (
-        "or the position is a set point, which runs ahead of the joint"
+        "or it is the drive's echo of a command that has acted before, or the position is a set point, which "
+        "runs ahead of the joint"
         if delay_s > 0
         else "or the position was filtered"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from rtctl.errors import DataError
 from rtctl.friction.logs import left_over
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.balance_faults import CHANGES_WITHIN, diagnosed
-from rtctl.friction.logs.clipping import require_unclipped
-from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
+from rtctl.friction.logs.clipping import ClippedError, require_unclipped
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, Plateau
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.power_of_torque import not_proportional
@@ -57,8 +57,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         return ()  # the fit itself says what is missing
     balance = Balance.of(signals)
     # clipping first: a torque that was cut off looks like friction that bends, and would be told as that
-    seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
-    require_unclipped(balance, seen, signals.source)
+    require_unclipped(balance, _plateaus(logs), signals.source)
     noted = tuple(
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
@@ -81,6 +80,45 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)),
         *coarse,
     )
+
+
+def clipped_logs(
+    logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float
+) -> dict[int, str]:
+    """Numbers of the logs, of several, whose torque is clipped, with what is said of each; empty, too, where
+    all are, or where a log is too short to be asked."""
+    if len(logs) < 2:
+        return {}
+    found: dict[int, str] = {}
+    signals = replace(signals, external_nm=external_of(logs, signals.cutoff_hz, speed_min_rad_s))
+    for k in range(len(logs)):
+        # by itself: beside others that are sound its rows hardly change what is left over
+        mine = _alone(signals, k)
+        v = mine.velocity_rad_s[mine.sliding]
+        if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+            continue
+        try:
+            require_unclipped(Balance.of(mine), _plateaus(logs[k : k + 1]), mine.source)
+        except ClippedError as error:
+            found[k] = f"{error}; it is left out, and the other logs are used"
+        except DataError:
+            continue  # too short for it: what is asked of all logs together says so
+    return found if len(found) < len(logs) else {}
+
+
+def _alone(signals: Regressors, k: int) -> Regressors:
+    """The rows of one log, as if it were the only one."""
+    mine = signals.log == k
+    columns = {each.name: getattr(signals, each.name) for each in fields(signals)}
+    rows = {name: one[mine] for name, one in columns.items() if isinstance(one, np.ndarray)}
+    by_place = {name: column[mine] for name, column in signals.by_place.items()}
+    rows["log"] = np.zeros(int(mine.sum()), int)
+    return replace(signals, **rows, by_place=by_place, sources=signals.sources[k : k + 1])
+
+
+def _plateaus(logs: Sequence[Sequence[AxisLog]]) -> list[tuple[int, Plateau]]:
+    """Runs of equal extreme torques, each with the number of its log."""
+    return [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
 
 
 def external_of(

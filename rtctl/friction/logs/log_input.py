@@ -217,16 +217,23 @@ def _without_ends(log: AxisLog, samples: int) -> AxisLog:
 
 
 def samples(
-    signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool, zero_known: bool = False
+    signals: Regressors,
+    fit: JointFit,
+    sha256: str,
+    *,
+    remove_offset: bool,
+    zero_known: bool = False,
+    inertia_kgm2: float | None = None,
 ) -> FrictionSamples:
     """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift).
 
     An offset that was removed may be a difference between the directions: unless `zero_known`, the samples
-    carry it as `zero_doubt_nm`."""
+    carry it as `zero_doubt_nm`. `inertia_kgm2` None: that of the fit."""
     found = fit.symmetric.parameters
     rows = signals.sliding
     # viscous friction stays in: it is part of the curve that is learned of these points
-    friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
+    inertia = found["inertia_kgm2"].value if inertia_kgm2 is None else inertia_kgm2
+    friction = signals.torque_nm - inertia * signals.acceleration_rad_s2
     for name, column in signals.by_place.items():
         friction = friction - found[name].value * column
     if remove_offset:

@@ -13,7 +13,7 @@ from hw.interface import Rig
 from rtctl.errors import DataError, of_file
 from rtctl.friction.logs.copied_rows import counted_once
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.log_checks import diagnose, external_of, with_coarseness
+from rtctl.friction.logs.log_checks import clipped_logs, diagnose, external_of, with_coarseness
 from rtctl.friction.logs.log_input import (
     Gearing,
     of_one_radian,
@@ -22,7 +22,7 @@ from rtctl.friction.logs.log_input import (
     require_different,
     samples,
 )
-from rtctl.friction.logs.logs import level_points
+from rtctl.friction.logs.logs import FrictionSamples, level_points
 from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, taken_late
@@ -63,7 +63,8 @@ class InTime:
 
     `torque_delays_s` is what the motor's torque of each log was put back by. `notes` are warnings; `taken` is
     what was put right and leaves nothing to do, `untold` what such a log cannot tell, `bent` the presliding
-    length of all together."""
+    length of all together. `options` are those of the logs that are used: of several, one whose torque is
+    clipped is left out."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
@@ -74,6 +75,7 @@ class InTime:
     taken: tuple[str, ...] = ()
     untold: tuple[str, ...] = ()
     bent: Presliding | None = None
+    options: tuple[Mapping[str, Any], ...] = ()
 
 
 def read_in_time(
@@ -129,6 +131,10 @@ def read_in_time(
     logs, copied = counted_once(logs, cutoff)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
+    if clipped := clipped_logs(logs, signals, slowest):
+        sound = [each for k, each in enumerate(options) if k not in clipped]
+        found = read_in_time(sound, gearing, torque_delay_s, limits, cutoff_hz, speed_min_rad_s)
+        return replace(found, notes=(*clipped.values(), *found.notes))
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     guessed, half_s = torque_delay_s is None and driven, [0.5 / part.rate_hz for part in parts]
     # the lateness is read off a torque put back by half a period, which is what most drives record
@@ -145,7 +151,7 @@ def read_in_time(
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
     unknown = (*untold, *unseen, *hidden(signals), *below_the_slowest(signals))
     told = (*copied, *told, *off)
-    return InTime(logs, signals, cutoff, slowest, tuple(delays_s), told, taken, unknown, bent)
+    return InTime(logs, signals, cutoff, slowest, tuple(delays_s), told, taken, unknown, bent, tuple(options))
 
 
 def _halves(
@@ -208,13 +214,21 @@ def _shared(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str
 
 @dataclass(frozen=True)
 class Checked:
-    """Logs that can be used: stretches of each, signals and regression of all together, and what is to be
-    said of them."""
+    """Logs that can be used: stretches of each, signals and regression of all together, what is to be said of
+    them, and their presliding length, where they tell it."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
     fit: JointFit
     warnings: tuple[str, ...]
+    bent: Presliding | None = None
+
+    def samples(self, *, remove_offset: bool = True, inertia_kgm2: float | None = None) -> FrictionSamples:
+        """Friction of the sliding rows (`rtctl.friction.logs.log_input.samples`)."""
+        # of the checksums: no file is read once more
+        digests = "".join(stretches[0].sha256 for stretches in self.logs)
+        sha256 = hashlib.sha256(digests.encode()).hexdigest()
+        return samples(self.signals, self.fit, sha256, remove_offset=remove_offset, inertia_kgm2=inertia_kgm2)
 
 
 def checked(
@@ -235,7 +249,7 @@ def checked(
     found = read_in_time(options, gearing, cutoff_hz=cutoff_hz, speed_min_rad_s=speed_min_rad_s)
     told = diagnose(found.logs, found.signals)
     fit = joint_fit(found.signals)
-    return Checked(found.logs, found.signals, fit, (*fit.warnings, *found.notes, *told))
+    return Checked(found.logs, found.signals, fit, (*fit.warnings, *found.notes, *told), found.bent)
 
 
 def points_of_logs(
@@ -253,7 +267,4 @@ def points_of_logs(
     ConfigError, DataError
         What `rtctl identify --log` refuses."""
     found = checked([options_of(file, columns, None) for file in files], gearing)
-    # of the checksums: no file is read once more
-    digests = "".join(stretches[0].sha256 for stretches in found.logs)
-    sha256 = hashlib.sha256(digests.encode()).hexdigest()
-    return level_points(samples(found.signals, found.fit, sha256, remove_offset=True)), found.warnings
+    return level_points(found.samples()), found.warnings

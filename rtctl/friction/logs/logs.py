@@ -53,8 +53,8 @@ class FrictionSamples:
     columns: Mapping[str, np.ndarray] = field(default_factory=dict)
     """What else was measured, by the names of `rtctl.friction.point_columns`."""
 
-    def between(self, start_s: float, end_s: float) -> FrictionSamples:
-        """The samples with start_s <= time < end_s."""
+    def between(self, start_s: float, end_s: float | np.ndarray) -> FrictionSamples:
+        """The samples with start_s <= time < end_s, which may be of each sample (n,)."""
         kept = (self.time_s >= start_s) & (self.time_s < end_s)
         return replace(
             self,

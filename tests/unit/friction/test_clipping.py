@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dirty_changes import clean, moves, softly
-from dirty_logs import identified
+from dirty_logs import identified, write
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.clipping import plateaus, require_unclipped
 from rtctl.friction.logs.dynamics import AxisLog, Plateau
+from rtctl.friction.logs.log_input import Gearing, options_of
+from rtctl.friction.logs.log_points import checked
 from rtctl.friction.logs.regressors import regressors
 
 
@@ -66,3 +68,17 @@ def test_a_torque_that_the_motion_follows_is_not_clipped(tmp_path):
     for change in (softly(0.45), lambda s, _: np.clip(s, -0.4, 0.4)):
         assert "clipped" in identified(replace(log, motor=change(log.motor, log)), tmp_path).said
     assert "clipped" not in identified(log, tmp_path).said
+
+
+def test_of_several_logs_the_one_that_is_clipped_is_named_and_left_out(tmp_path):
+    """Beside one that is sound it was told as something that is left over, and counted."""
+    log = clean("motor")
+    sound = write(log, tmp_path / "a.csv")
+    cut = write(replace(log, motor=np.clip(log.motor, -0.4, 0.4)), tmp_path / "b.csv")
+    columns = {"position": {"column": "x"}, "motor_torque": {"column": "motor"}}
+    options = [options_of(path, columns, None) for path in (sound, cut)]
+    found = checked(options, Gearing())
+    assert [stretches[0].source for stretches in found.logs] == [str(sound)]
+    (told,) = [text for text in found.warnings if "clipped" in text]
+    assert re.search(r"b\.csv: .*clipped at .*; it is left out, and the other logs are used", told)
+    assert found.fit.symmetric.parameters["inertia_kgm2"].value == pytest.approx(0.012, rel=0.03)

@@ -100,6 +100,14 @@ def test_a_sentence_says_what_its_table_says_and_no_other_table_makes_it_say_so(
         assert not re.search(said, sentence(*other))
 
 
+def test_test_points_are_held_against_what_was_expected_of_the_next_session():
+    rows, before = on_test(epsilon_spline=8), held(epsilon_spline=2)
+    more = report_sentences.of_agreement(rows, before, SPLINE, expected_nm=6e-3)
+    assert "1.3 times what was expected of the next session (6 mN m): the two agree" in more
+    less = report_sentences.of_agreement(rows, before, SPLINE, expected_nm=1e-3)
+    assert "4 times its held-out error (2 mN m), which says too little" in less
+
+
 @pytest.mark.parametrize(("sessions", "odds"), [(1, ""), (2, "51 %"), (3, "64 %"), (4, "76 %"), (5, "")])
 def test_the_odds_of_a_held_out_error_are_told_of_few_sessions(sessions, odds):
     log = np.repeat(np.arange(float(sessions)), 8)

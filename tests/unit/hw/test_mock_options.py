@@ -54,6 +54,7 @@ def test_a_bad_value_is_refused_under_its_key(table, key):
         ({"hand": [{"kind": "triangle", "amplitude_rad": -0.1}]}, "positive"),
         ({"hand": [{"kind": "push", "amplitude_rad": 0.0}]}, "at least 1e-4"),
         ({"hand": [{"grips_s": [[2.0, 1.0]]}]}, "ends before it begins"),
+        ({"estop_from_s": 5.0}, "estop_to_s 0 lies before estop_from_s 5: never pressed"),
         (
             {"faults": [{"channel": "velocity", "kind": "nan", "at_s": 1.0, "for_s": 0.0}]},
             "needs a sensor",

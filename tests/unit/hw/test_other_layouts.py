@@ -51,7 +51,7 @@ REFUSED = {
     "a dict in an npz": r"'log' holds Python objects.*save each column as numbers",
     "nanoseconds since 1970 taken for seconds, some twice": r"correct the unit of the time",
     "Unix time in six digits": r"every row has the stamp 1700000000 s.*more digits.*--rate-hz",
-    "a row for each signal": r"'value' is mapped twice.*a column for each first",
+    "a row for each signal": r"'value' is mapped twice.*a column of each first",
     "no time, and no rate given": r"no column 'time_s'.*time=NAME:UNIT.*--rate-hz",
     "no time in an npz, and no rate given": r"no column 'time_s'.*time=NAME:UNIT.*--rate-hz",
     "a row for each signal, asked for by their names": r"'q' stands in the rows of 'signal'.*pivot_table",
@@ -68,6 +68,10 @@ REFUSED = {
     "Grafana, a prefix of its own in each cell": r"'torque' is read in N m, the file says mN m",
     "Data Inspector, times of all signals in one column and empty cells": r"keep the rows of the slower one",
     "µNm taken for newton-metres": r"'M1' is read in N.?m, the file says uN m.*give 1e-06 N m",
+    "oscilloscope, volts taken for what they stand for": r"'1' is read in rad.*says V, .*give the scale",
+    "pandas, two rows of names, asked for by the upper one": r"'arm' is mapped twice.*map the places",
+    "a bag of ROS 2 in SQLite, with its table of messages": r"SQLite.*ros2 bag convert",
+    "times of the wall beside a counter that is 20 % off": None,  # read, and told
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""

@@ -1,0 +1,55 @@
+"""Seeded bugs in what playback learns from, and in what a ninth look at logs found (decision 0178)."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+PLAYBACK = "tests/unit/test_playback_doubts.py"
+CLOCKS = "tests/unit/hw/test_other_clocks.py"
+
+SEEDS = (
+    Seed(
+        "playback judges with an inertia of rows at turns",
+        "rtctl/simulation/playback_job.py",
+        "evaluated = judged_with(evaluated, learned, settings)",
+        "pass",
+        (f"{PLAYBACK}::test_friction_is_learned_from_the_points_that_identify_makes",),
+    ),
+    Seed(
+        "a clipped log is counted beside sound ones",
+        "rtctl/friction/logs/log_checks.py",
+        "return found if len(found) < len(logs) else {}",
+        "return {}",
+        ("tests/unit/friction/test_clipping.py::"
+            "test_of_several_logs_the_one_that_is_clipped_is_named_and_left_out",),
+    ),
+    Seed(
+        "a wall clock beside the time is not looked at",
+        "hw/playback/text_table.py",
+        "clocks += other_clocks.beside(",
+        "clocks += () and other_clocks.beside(",
+        (CLOCKS,),
+    ),
+    Seed(
+        "a rate above the header is not looked at",
+        "hw/playback/other_clocks.py",
+        "match = _SAID.match(line)",
+        "match = None",
+        (CLOCKS,),
+    ),
+    Seed(
+        "an emergency stop that ends before it begins is silent",
+        "hw/simulators/mock_options.py",
+        "if self.estop_to_s < self.estop_from_s:",
+        "if False:",
+        ("tests/unit/hw/test_mock_options.py",),
+    ),
+    Seed(
+        "test points are held against what was held out alone",
+        "rtctl/friction/learn/report_sentences.py",
+        "before_nm = max(held_out_nm, expected_nm)",
+        "before_nm = held_out_nm",
+        ("tests/unit/friction/test_sentences.py::"
+            "test_test_points_are_held_against_what_was_expected_of_the_next_session",),
+    ),
+)  # fmt: skip
