@@ -36,6 +36,11 @@ class Lateness:
         """Delay and time constant of the current loop together, s, at the control period `T`."""
         return (self.between.delay + lag_ticks(self.between.lag_hz, T)) * T
 
+    def answer_s(self, T: float) -> float:
+        """Longest time from a place that the joint passes to the torque that answers it, s: the same from the
+        next fresh sample on."""
+        return self.declared_s(T) + self.between.sample_ticks * T
+
 
 @dataclass(frozen=True)
 class _Claim:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 
@@ -17,7 +18,8 @@ GAIN_MARGIN = 1.5
 """The servo stays stable with all of its torque so many times as large: an inertia that is told two thirds
 too small."""
 LATENESS = (0.0, 0.5, 1.0)
-"""Shares of what is declared of delay and current loop that must be quiet: a rig may be quicker."""
+"""Shares of what is declared of delay and current loop that must be quiet: a rig may be quicker, and its
+current may exceed a step by less."""
 STEP, STEPS = math.sqrt(2.0), 13
 """Filters that are tried: each so many times as slow as the one before, and how many."""
 _FIXED = (1e-3, 1e9)
@@ -41,7 +43,7 @@ def _quiet(loaded: LoadedConfig, axis: int, d: float, k: float, filter_s: float)
     between, joints = of_axis(loaded, axis).between, joints_of(joint, table.inertia_kgm2)
     mass, spring = _FIXED
     at = points([(0.0, 0.0, 0.0, 0.0, one, spring, 0.0) for one in range(len(joints))])
-    for share in LATENESS:
+    for share, overshoot in product(LATENESS, {0.0, between.overshoot}):
         loop = AdmittanceLoop(
             table.inertia_kgm2,
             table.viscous_nms_rad,
@@ -53,6 +55,7 @@ def _quiet(loaded: LoadedConfig, axis: int, d: float, k: float, filter_s: float)
             delay=share * between.delay,
             # of a lag the time constant is what may be less; 0 is none
             lag_hz=between.lag_hz / share if share > 0 else 0.0,
+            overshoot=overshoot,
             sample_ticks=between.sample_ticks,
             # the law's filter is T/(T + tau)
             velocity_lowpass_hz=math.log1p(T / filter_s) / (2 * math.pi * T),

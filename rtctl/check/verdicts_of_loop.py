@@ -179,7 +179,8 @@ def encoder_steps(s: Subject) -> list[Verdict]:
             "holds the joint meanwhile"
         )
         return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
-    shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
+    counts = min(counts, MOST_COUNTS)
+    shake = shake_rad_s(s, counts, axis.guarantee.bristle_nm_rad if sticks else 0.0)
     still = still_rad_s(s)  # of a carriage as at a handle
     outcome = Outcome.PASS if shake <= still else Outcome.NOT_PROVED
     meaning = (

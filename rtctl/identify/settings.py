@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hw.motion import words
+from rtctl.check import lateness
 from rtctl.check.speed_servo import slowed_until_quiet
 from rtctl.errors import ConfigError
 from rtctl.rig_file.axis_tables import AxisTable
@@ -40,7 +41,6 @@ MARGIN = 0.05
 TOP_RAD_S = 2.0
 """Highest speed of a rotary axis, unless told otherwise or its velocity limit is lower; of a linear axis its
 highest speed stands for this one."""
-
 
 SERVOS = ((1.0, 1.0), (4.0, 1.0), (4.0, 3.0))
 """What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so
@@ -108,6 +108,10 @@ class Rig:
     """What stands for a radian in every length, speed and acceleration that is chosen in rad; of a rotary
     axis 1."""
     motion: str = "rotary"
+    torque_rate_nm_s: float = math.inf
+    """Slope of the gate."""
+    late_s: float = 0.0
+    """Longest time from a place that is passed to the torque that answers it, as declared."""
     stiffer: float = 1.0
     """The servo's stiffness is so many times what its damping asks for."""
     calmer: float = 1.0
@@ -219,18 +223,12 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         No such axis, a speed above the rig's limit, a travel shorter than its margins, or a joint on which no
         speed servo is stable."""
     config = loaded.config
-    axis = _axis(loaded, settings.axis)
-    if (
-        not 0
-        < settings.speed_min_rad_s
-        < settings.speed_max_rad_s
-        <= VELOCITY_SHARE * axis.velocity_limit_rad_s
-    ):
+    axis, low, top = _axis(loaded, settings.axis), settings.speed_min_rad_s, settings.speed_max_rad_s
+    if not 0 < low < top <= VELOCITY_SHARE * axis.velocity_limit_rad_s:
         raise ConfigError(
             words(
-                f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: "
-                "they must rise from above 0 to at most 80 % of velocity_limit_rad_s = "
-                f"{axis.velocity_limit_rad_s:g}",
+                f"{loaded.path}: speeds {low:g} to {top:g} rad/s: they must rise from above 0 to at most "
+                f"80 % of velocity_limit_rad_s = {axis.velocity_limit_rad_s:g}",
                 axis.motion,
             )
         )
@@ -245,7 +243,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
             )
         )
     # as the logs have it: a carriage at its top speed stands for a joint at 2 rad/s
-    radian = settings.speed_max_rad_s / TOP_RAD_S if axis.motion == "linear" else 1.0
+    radian = top / TOP_RAD_S if axis.motion == "linear" else 1.0
     rig = Rig(
         name=config.rig.name,
         axis=settings.axis,
@@ -260,6 +258,8 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
         radian=radian,
         motion=axis.motion,
+        torque_rate_nm_s=axis.torque_rate_nm_s,
+        late_s=lateness.of_axis(loaded, settings.axis).answer_s(config.period_s),
     )
     rig = replace(rig, servos=_stable_servos(loaded, rig))
     return rig.with_servo(0)

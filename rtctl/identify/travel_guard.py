@@ -16,10 +16,12 @@ def run_on_rad(rig: Rig, speed_rad_s: float) -> float:
     Notes
     -----
     d v, at most the cap c: down to c/d at the rate c/J, from there on exponentially by another J/d times the
-    speed."""
+    speed. Before that it goes on at its speed until a torque acts; a gate of slope r lets that come in c/r,
+    which costs no more than half of it."""
     most_nm, d, J = BRAKE_SHARE * rig.torque_limit_nm, rig.damping_nms_rad, rig.inertia_kgm2
     slow = min(speed_rad_s, most_nm / d)
-    return J * (speed_rad_s**2 - slow**2) / (2 * most_nm) + J * slow / d
+    late_s = rig.late_s + 0.5 * d * slow / rig.torque_rate_nm_s
+    return J * (speed_rad_s**2 - slow**2) / (2 * most_nm) + J * slow / d + speed_rad_s * late_s
 
 
 def guards_rad(

@@ -2,9 +2,9 @@
 act on.
 
 Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that
-sticks, a first-order current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the
-force sensor, tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through which the law sees
-tau_h (docs/theory.md 2.14)."""
+sticks, a current loop, of first order unless it overshoots, and a hand (stiffness k_h to ground, damping b_h,
+mass m_h) behind the force sensor, tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass,
+through which the law sees tau_h (docs/theory.md 2.14)."""
 
 from __future__ import annotations
 
@@ -89,6 +89,8 @@ class Drive:
     """Ticks from a fresh sample to its torque."""
     lag_hz: float = 0.0
     """Bandwidth of the current loop; 0: ideal."""
+    overshoot: float = 0.0
+    """How far its current exceeds a step, as in `stability.Between`; above 0 only without `sensor_hz`."""
     sample_ticks: int = 1
     sensor_hz: float = 0.0
     """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
@@ -202,6 +204,8 @@ def plant(
         A[:, :, STATES] += A[:, :, 4]
         A[:, :, 4] = 0.0
         A[:, 4, 4] = _UNUSED_1_S  # a row of zeros would be an eigenvalue of 1: a joint that drifts
+    elif loop.overshoot > 0:
+        _overshoots(loop, A)
     at, moving = np.where(rigid, 0, 2), np.where(rigid, 1, 3)
     # -m_h dv/dt: by the row of the acceleration
     hand = -points.m_h[:, None] * A[np.arange(n), moving]
@@ -214,11 +218,22 @@ def plant(
     return A, _sensed(loop, A, hand), rigid
 
 
+def _overshoots(loop: Drive, A: np.ndarray) -> None:
+    """Make the current one of second order, with the same lag at low frequencies (docs/theory.md 2.4), by the
+    state that a low-pass of the sensor would have."""
+    decay, lag_1_s = -math.log(loop.overshoot), 2 * math.pi * loop.lag_hz
+    zeta = decay / math.hypot(math.pi, decay)
+    omega = 2 * zeta * lag_1_s
+    A[:, 4, 4], A[:, 4, STATES], A[:, 4, 5] = 0.0, 0.0, 1.0
+    A[:, 5, 4], A[:, 5, STATES], A[:, 5, 5] = -(omega**2), omega**2, -2 * zeta * omega
+
+
 def _sensed(loop: Drive, A: np.ndarray, hand: np.ndarray) -> np.ndarray:
     """What the sensor shows, as (c, d) of (p, u); its low-pass is put into the last row of A."""
     cut = 2 * math.pi * loop.sensor_hz
     if cut == 0:
-        A[:, 5, 5] = _UNUSED_1_S
+        if not loop.overshoot > 0 or loop.lag_hz == 0:  # else the current has it
+            A[:, 5, 5] = _UNUSED_1_S
         return hand
     A[:, 5] = cut * hand
     A[:, 5, 5] -= cut

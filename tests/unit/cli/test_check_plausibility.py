@@ -198,6 +198,7 @@ def test_steps_of_the_encoder_want_dry_friction_or_a_slow_shake(rig):
     assert spring.outcome is Outcome.NOT_PROVED
     assert "bristles bend over 127 counts" in spring.meaning
     assert row(held(0.009, ("160000", "2000"))).outcome is Outcome.FAIL
+    assert "at rest, 5 counts" in row(rig(k_c=200.0)).meaning, "as far as the shake is reckoned"
     assert "steps of the encoder" not in rows_of(rig(k_c=0.0, b_c=0.0))
 
 

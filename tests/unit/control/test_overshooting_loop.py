@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtctl.control.proofs.admittance_loop import points
+from rtctl.control.proofs.drive_in_hand import STATES, Drive, held_steps, plant
 from rtctl.control.proofs.sampled_loop import _envelope, felt
 from rtctl.control.proofs.stability import Between, damping_needed_between, damping_needed_sampled_data
 from rtctl.control.proofs.stability import k_max_between as k_max
@@ -62,3 +64,18 @@ def test_where_shares_are_squared_the_envelope_covers_an_overshoot():
     scale, mean = _envelope(1.0, 0.16)
     assert np.all(np.abs(answer) <= scale / mean * np.exp(-t / mean) * (1 + 1e-9))
     assert sum(felt(1.3, 1.0, 0.0, 0.16).values()) == pytest.approx(scale * 1.16 / 0.84, rel=1e-5)
+
+
+@pytest.mark.parametrize(("lag_hz", "overshoot"), [(90.0, 0.5), (400.0, 0.05)])
+def test_a_drive_whose_current_overshoots_answers_a_step_so(lag_hz, overshoot):
+    """By as much, and late by the lag: the area that the current leaves to the step."""
+    late_s = 1 / (2 * math.pi * lag_hz)
+    drive = Drive(0.01, 0.05, T, lag_hz=lag_hz, overshoot=overshoot)
+    A, _, _ = plant(drive, points([(0.0,) * 7]))
+    ((step, _),) = held_steps(A, late_s / 200, 0.0)
+    state, current = np.append(np.zeros(STATES), 1.0), []
+    for _ in range(20_000):
+        state = step[0] @ state
+        current.append(state[4])
+    assert max(current) - 1 == pytest.approx(overshoot, rel=1e-3)
+    assert sum(1 - np.array(current)) * late_s / 200 == pytest.approx(late_s, rel=5e-3)

@@ -1,0 +1,47 @@
+"""Bugs that a reading of the proofs' numbers found, or would have."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+QUIET = ("tests/unit/identify/test_quiet_servo.py",)
+GUARD = ("tests/unit/identify/test_travel_guard.py",)
+LOOP = ("tests/unit/control/test_overshooting_loop.py",)
+
+SEEDS = (
+    Seed(
+        "the servo of identification knows of no current that overshoots",
+        "rtctl/check/speed_servo.py",
+        "            overshoot=overshoot,\n",
+        "",
+        QUIET,
+    ),
+    Seed(
+        "a drive's current that overshoots is later than its lag",
+        "rtctl/control/proofs/drive_in_hand.py",
+        "    omega = 2 * zeta * lag_1_s\n",
+        "    omega = zeta * lag_1_s\n",
+        LOOP,
+    ),
+    Seed(
+        "the brake at the end of a travel is there at once",
+        "rtctl/identify/travel_guard.py",
+        "    late_s = rig.late_s + 0.5 * d * slow / rig.torque_rate_nm_s\n",
+        "    late_s = 0.5 * d * slow / rig.torque_rate_nm_s\n",
+        GUARD,
+    ),
+    Seed(
+        "the gate lets the brake come at once",
+        "rtctl/identify/travel_guard.py",
+        "    late_s = rig.late_s + 0.5 * d * slow / rig.torque_rate_nm_s\n",
+        "    late_s = rig.late_s\n",
+        GUARD,
+    ),
+    Seed(
+        "the way of an answer does not begin at the next fresh sample",
+        "rtctl/check/lateness.py",
+        "        return self.declared_s(T) + self.between.sample_ticks * T\n",
+        "        return self.declared_s(T)\n",
+        GUARD,
+    ),
+)
