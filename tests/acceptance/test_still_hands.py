@@ -13,6 +13,7 @@ import foreign_files
 import foreign_swings
 import numpy as np
 import pytest
+from first_help import AS_IN_THE_FIRST_RELEASES, FORGETS_S, forget
 
 from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Fault, State
@@ -27,7 +28,6 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 pytestmark = pytest.mark.compiled
 STARTED_S, PERIOD_S = 1.0, 2.0
 HELD_S, EARLY_S = 5.0, 2.0
-FORGETS_S = 0.01
 
 CASES = {
     "LuGre, stiff hand": {"hand_stiffness_nm_rad": 100.0, "hand_damping_nms_rad": 0.3},
@@ -53,13 +53,10 @@ def told(case):
 
 
 def run_forgetful(simulation, seconds):
-    """Run in pieces, after each of which the law has forgotten the strokes, and since when bristles are bent:
-    it cannot tell that the ones shrink, nor that the others have no speed.
-    """
+    """Run in pieces, after each of which the law has forgotten its strokes."""
     ticks, truth = [], []
     for _ in range(round(seconds / FORGETS_S)):
-        simulation.state["stroke_reference_rad_s"] = simulation.state["stroke_wanted"] = 0.0
-        simulation.state["bent_ticks"] = 0
+        forget(simulation.state)
         ticks.append(simulation.run(FORGETS_S))
         truth.append(simulation.truth)
     simulation.truth = np.concatenate(truth)
@@ -78,21 +75,6 @@ def held_still(case, forgets=False, **params):
     simulation.plant_params["hand_kind"] = int(Hand.REST)
     trace = run_forgetful(simulation, HELD_S) if forgets else simulation.run(HELD_S)
     return simulation, trace, simulation.truth["velocity_rad_s"][:, 0]
-
-
-AS_IN_THE_FIRST_RELEASES = {
-    "observer_gain": 0.0,
-    "assistance_bank_j": 1e3,
-    "friction_intent_alpha": 1.0,
-    "rest_alpha": 1.0,
-    "friction_stop_rad": 1e-6,
-    "friction_brake_nm": 0.0,
-    "tremble_turn_s": 0.0,
-    "paying_nm": 0.0,
-    "friction_blend_rad_s": 0.05,
-}
-"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at
-once, the blend of then, help for a hand that brakes or pays for nothing, and for strokes that shrink."""
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -1,14 +1,11 @@
-"""A rig of MuJoCo's as a backend of another package: `kind = "mujoco"`, of any model file of one axis.
-
-Joint 0, actuator 0 (torque, N m) and the first force sensor are the rig's; actuator 1 a hand's.
-"""
+"""A joint of an engine's as a backend of another package, `kind = "engine"`: nobody is at the handle."""
 
 import math
 
-import mujoco
 import numpy as np
 
-from foreign_engine.sound import refuse_diverged
+from foreign_engine.engines import made
+from foreign_engine.plants import Device, Hand, Joint, World
 from hw.interface import BackendInfo, Channels, Timing
 
 CHANNELS = Channels(frozenset({"position", "current", "force", "temperature"}), frozenset({"torque"}))
@@ -29,40 +26,37 @@ class Engine:
     provides, consumes = CHANNELS.provides, CHANNELS.consumes
 
     def __init__(self, options, rig):
-        self.options, self.period_s, self.count = (
-            options,
-            rig.period_s,
-            2 * math.pi / rig.encoder_counts_per_rev[0],
-        )
+        self.options, self.count = options, 2 * math.pi / rig.encoder_counts_per_rev[0]
+        self.steps = round(rig.period_s / options["step_s"])
         self.per_ampere = rig.gear_ratio[0] * rig.gear_efficiency[0] * rig.torque_constant_nm_a[0]
-        self.draw, self.n, self.d = np.random.default_rng(options["seed"]), 0, None
+        self.draw, self.n, self.moved = np.random.default_rng(options["seed"]), 0, None
 
     def open(self):
-        self.m = mujoco.MjModel.from_xml_path(self.options["model"])
-        self.d, self.steps = mujoco.MjData(self.m), round(self.period_s / self.m.opt.timestep)
-        mujoco.mj_forward(self.m, self.d)
+        o = self.options
+        lag_s = 1 / (2 * math.pi * o["current_loop_hz"]) if o["current_loop_hz"] else 0.0
+        device = Device(lag_s=lag_s, step_s=o["step_s"], engine=o["engine"])
+        self.moved = made(Joint(**o["joint"]), Hand("nobody"), World(), device)
 
     def read(self, tick):
         self.n += 1
-        o, d, noise = self.options, self.d, self.draw.standard_normal(4)
-        tick["position_rad"][0, 0] = math.floor(d.qpos[0] / self.count) * self.count
-        tick["current_a"][0, 0] = d.actuator_force[0] / self.per_ampere + o["current_noise_a"] * noise[0]
+        o, m, noise = self.options, self.moved, self.draw.standard_normal(4)
+        tick["position_rad"][0, 0] = math.floor(m.qpos[0] / self.count) * self.count
+        tick["current_a"][0, 0] = m.given[0] / self.per_ampere + o["current_noise_a"] * noise[0]
         tick["force_n"][0] = o["force_noise_n"] * noise[1:]
-        tick["force_n"][0, 1] -= d.sensordata[1] if self.m.nsensor else 0.0
+        tick["force_n"][0, 1] += m.sensed[1] * m.lever
         tick["temperature_c"][0, 0] = 25.0
         tick["sample_count"], tick["link_faults"], tick["estop"] = self.n, 0, 0
 
     def write(self, tick):
-        d, o = self.d, self.options
-        d.ctrl[0] = float(tick["torque_applied_nm"][0, 0]) if tick["enabled"][0] else 0.0
-        if self.m.nu > 1:
-            d.ctrl[1] = o["hand"] * math.sin(2 * math.pi * o["hand_hz"] * max(d.time - o["hand_from_s"], 0.0))
-        mujoco.mj_step(self.m, d, self.steps)
-        refuse_diverged(d, mujoco.mjtWarning)
+        m = self.moved
+        m.ctrl[0] = float(tick["torque_applied_nm"][0, 0]) if tick["enabled"][0] else 0.0
+        for _ in range(self.steps):
+            m.step(*m.pointers)
+        m.sound()
 
     def stop(self):
-        if self.d is not None:
-            self.d.ctrl[0] = 0.0
+        if self.moved is not None:
+            self.moved.ctrl[0] = 0.0
 
     def close(self):
         self.stop()

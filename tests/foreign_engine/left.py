@@ -1,5 +1,5 @@
-"""What is left of the hand's torque on joints of MuJoCo's, why, and what could be reached.
-`python tests/foreign_engine/left.py` (decision 0159).
+"""What is left of the hand's torque on joints of other makes, why, and what could be reached.
+`python tests/foreign_engine/left.py` (decisions 0159, 0181).
 
 Every tick the hand's torque is the joint's inertia, its viscous part, and what help leaves of the dry
 friction; that is followed through the law: what it does not mean to give, what turns late or stands, and what
@@ -22,8 +22,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from foreign_files import model, rig_file
 
 from foreign_engine import plants, rig
+from foreign_engine.engines import ROWS
 from rtctl.control.feeding import BANK_RAD
 from rtctl.control.vocabulary import Policy
+from rtctl.friction import artefact
 
 GEARED = plants.Joint(0.008, 0.04, 0.2, 0.004, 168.4, 0.01, 0.01, 0.05)
 """40 Hz."""
@@ -59,17 +61,17 @@ TICK = (
 )  # fmt: skip
 
 
-def loaded_for(joint, policy, folder):
-    """The shipped file told what this joint is, with the joint's own friction as its model."""
+def loaded_for(joint, policy, folder, learned=None):
+    """The shipped file told what this joint is, with this model, or the joint's own friction as one."""
     dry, viscous = joint.dry + joint.link_dry, joint.viscous + joint.link_viscous
     flat = {"stribeck": 0.05, "viscous": viscous, "bristle": 1.0, "backward": 1.0}
     flat |= {"coulomb": dry, "breakaway": dry}
-    learned = replace(model(flat), presliding_rad=LENGTH_RAD, presliding_spread_rad=0.0, presliding_ramps=8)
+    own = replace(model(flat), presliding_rad=LENGTH_RAD, presliding_spread_rad=0.0, presliding_ramps=8)
     says = {
         "inertia_kgm2": joint.motor + joint.link, "viscous_nms_rad": viscous, "torque_limit_nm": 8 * dry,
         "friction": {"policy": policy, "intent_nm": 0.0, "gate_nm": 0.0},
     }  # fmt: skip
-    return rig_file("mock.toml", [says], folder, models=[learned])
+    return rig_file("mock.toml", [says], folder, models=[learned or own])
 
 
 def ran(loaded, joint, hand, motion, device, policy=None):
@@ -147,10 +149,10 @@ def by_observer(one, _out, told, dry):
     return {"lag": dry - seen, "meant": seen - wanted, **taken}
 
 
-def row(name, hand, motion, policy, device, folder):
+def row(name, hand, motion, policy, device, folder, learned=None):
     """One line: what is left, with which oracles, and of what."""
     joint = JOINTS[name]
-    loaded = loaded_for(joint, policy, folder)
+    loaded = loaded_for(joint, policy, folder, learned)
     go = partial(ran, loaded, hand=HANDS[hand], motion=motion, device=device)
     off = rms(go(joint, policy=Policy.OFF)[1][:, 2])
     one, out, told = go(joint)
@@ -176,15 +178,18 @@ def main():
     parser.add_argument("--hand", nargs="+", choices=HANDS, default=list(HANDS))
     parser.add_argument("--motion", nargs="+", choices=MOTIONS, default=list(MOTIONS))
     parser.add_argument("--step", type=float, default=1e-4, help="of the engine, s")
+    parser.add_argument("--engine", choices=ROWS, default="mujoco")
+    parser.add_argument("--models", type=Path, help="folder of what `identified.py` learned of each joint")
     asked = parser.parse_args()
-    device = plants.Device(force_noise=0.005, step_s=asked.step)
+    device = plants.Device(force_noise=0.005, step_s=asked.step, engine=asked.engine)
     with tempfile.TemporaryDirectory() as folder:
         for policy in asked.policy:
             click.echo(f"{policy}\n| joint | hand | motion | left | oracles | of what |")
             for name in asked.joint:
+                learned = artefact.load(asked.models / f"{name}.json") if asked.models else None
                 for hand in asked.hand:
                     for motion in asked.motion:
-                        click.echo(row(name, hand, motion, policy, device, folder))
+                        click.echo(row(name, hand, motion, policy, device, folder, learned))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Joints, hands and worlds as MuJoCo reads them: all that moves is the engine's, no line of ours.
+"""Joints, hands and worlds in numbers, and as MuJoCo reads them: all that moves is the engine's, no line of
+ours.
 
 Dry friction is a constraint of the solver, without bristles; a soft gear is a tendon; a hand is an arm on a
 grip that yields, two links with muscles, a palm that only pushes, fingers that slip, or one that leans; walls
@@ -56,7 +57,7 @@ class World(NamedTuple):
 
 
 class Device(NamedTuple):
-    """As in `foreign_arms`; `step_s` of the engine."""
+    """As in `foreign_arms`; `step_s` of the engine, a row of `engines`."""
 
     late_ticks: float = 0.0
     lag_s: float = 0.0
@@ -64,6 +65,7 @@ class Device(NamedTuple):
     force_noise: float = 0.0
     current_noise: float = 0.002
     step_s: float = 1e-4
+    engine: str = "mujoco"
 
 
 def _links(j, step_s):

@@ -1,15 +1,12 @@
-"""The compiled law of a rig file on a joint of MuJoCo's: `mj_step` is called by its address beside it."""
+"""The compiled law of a rig file on an engine's joint: the engine's step is called by its address."""
 
-import ctypes
 import math
-from pathlib import Path
 
-import mujoco
 import numpy as np
 from foreign_armed import Armed
 
-from foreign_engine.plants import LEVER_M, YIELDS, _arm_angles, xml
-from foreign_engine.sound import refuse_diverged
+from foreign_engine.engines import made
+from foreign_engine.plants import LEVER_M, _arm_angles
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
@@ -18,8 +15,6 @@ from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.tick import new_ticks
 
-_STEP = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("libmujoco*")))).mj_step
-_STEP.argtypes, _STEP.restype = [ctypes.c_void_p] * 2, None
 NERVE = 256
 """Ticks that a nerve remembers."""
 
@@ -28,8 +23,8 @@ NERVE = 256
 def _loop(
     law_at,
     of_law,
-    m,
-    d,
+    step,
+    pointers,
     at,
     ctrl,
     qpos,
@@ -81,7 +76,7 @@ def _loop(
             since = (q + 0.5) / steps - late_ticks
             ctrl[0] = line[0 if since >= 0 else math.ceil(-since)]
             before, turned = qpos[link], qpos[0]
-            _STEP(m, d)
+            step(pointers[0], pointers[1])
             felt = sensed[1] * lever * LEVER_M
             mean += felt / steps
             work -= felt * (qpos[link] - before)
@@ -106,6 +101,7 @@ class Rig(Armed):
 
     def __init__(self, loaded, j, h, w, device, seed=1, policy=None):
         self.plan, self.device, self.hand, self.joint = build(loaded), device, h, j
+        self.moved = made(j, h, w, device)
         self.law = (
             records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params),
             records(self.plan.command), records(self.plan.model),
@@ -119,29 +115,15 @@ class Rig(Armed):
         per_ampere = p["gear_ratio"][0, 0] * p["gear_efficiency"][0, 0] * p["torque_constant_nm_a"][0, 0]
         self.told = (
             p["count_rad"][0, 0], per_ampere, device.late_ticks, device.sample_ticks, device.force_noise,
-            device.current_noise, device.step_s, -1.0,
+            device.current_noise, device.step_s, self.moved.lever,
         )  # fmt: skip
-        self.m = mujoco.MjModel.from_xml_string(xml(j, h, w, device))
-        self.d = mujoco.MjData(self.m)
-        mujoco.mj_forward(self.m, self.d)
-        if h.kind == "arm":  # f = -(k x + b v + a) / R: spring, damper and an inerter between palm and handle
-            soft = (
-                YIELDS
-                * self.d.efc_R[self.d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY][0]
-                / LEVER_M**2
-            )
-            self.m.eq_solref[0] = -h.grip * soft * YIELDS, -h.grip_damping * soft
-        names = [self.m.joint(i).name for i in range(self.m.njnt)]
-        arms = [name for name in ("arm", "elbow", "wrist") if name in names]
-        self.at = np.array([
-            names.index("link") if j.link > 0 else 0, names.index(arms[0]) if arms else 0, len(arms),
-            round(h.reflex_s / self.period_s) if h.reflex > 0 else 0,
-        ])  # fmt: skip
+        late = round(h.reflex_s / self.period_s) if h.reflex > 0 else 0
+        self.at = np.array([*self.moved.at, late])
         self.line, self.nerve = np.zeros(34), np.zeros((NERVE, 4))
         self.draw = np.random.default_rng(seed)
         self._at = entry_point(law.step, *self.law)
         self.wish = np.zeros_like
-        self.squeeze = self.leans = 0.0
+        self.leans = 0.0
 
     def _base(self, n):
         """(ctrl of the hand and its wishes a tick, gains at once and of its reflex)."""
@@ -159,7 +141,7 @@ class Rig(Armed):
                 gains[:, a, a // 2] = (2.0 if a < 2 else 3.0) * (1, -1)[a % 2], (1, -1)[a % 2] * h.reflex
             return np.concatenate([pull, at, then], 1), gains
         push = h.spring * place + h.damper * rate + self.leans
-        grips = [np.full(n, 4.0 + self.squeeze)] * 2 if h.kind == "fingers" else []
+        grips = [np.full(n, 4.0 + self.moved.squeeze)] * 2 if h.kind == "fingers" else []
         gains = np.zeros((2, 1 + len(grips), 1))
         gains[1, 0, 0] = h.reflex * h.spring
         return np.stack([push, *grips, place, rate], 1), gains
@@ -170,22 +152,18 @@ class Rig(Armed):
         n = round(seconds / self.period_s)
         out, noise = np.zeros((n, 8)), self.draw.standard_normal((n, 4))
         base, gains = self._base(n)
-        d = self.d
+        m = self.moved
         _loop(
-            self._at, self.law, self.m._address, d._address, self.at, d.ctrl, d.qpos, d.qvel, d.sensordata,
-            d.actuator_force, self.told, self.line, self.nerve, base, gains, noise, out,
+            self._at, self.law, m.step, m.pointers, self.at, m.ctrl, m.qpos, m.qvel, m.sensed, m.given,
+            self.told, self.line, self.nerve, base, gains, noise, out,
             self.law[0][:0] if trace is None else trace,
         )  # fmt: skip
-        refuse_diverged(d, mujoco.mjtWarning)
+        m.sound()
         return out
 
     def hold(self, share):
         """How firmly the handle is held, 0 (let go) to 1."""
-        h = self.hand
-        if h.kind in ("arm", "muscles"):
-            self.d.eq_active[0] = share > 0.5
-        elif h.kind == "fingers":
-            self.squeeze = 4.0 * (share - 1) - (2.0 if share == 0 else 0.0)
+        self.moved.hold(share)
 
     def arm(self, most_s=3.0):
         """True once it is ACTIVE."""

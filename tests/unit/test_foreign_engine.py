@@ -1,13 +1,20 @@
-"""A run of MuJoCo's that diverged is refused by name; the engine itself is asked where it is installed."""
+"""Engines of other makers as judges: what they move is the joint that was meant, and a run that is not to be
+trusted is refused by name. An engine itself is asked where it is installed."""
 
+import math
+import sys
 from enum import Enum
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from foreign_engine import engines, plants
 from foreign_engine.sound import DivergedError, refuse_diverged
+from foreign_engine.stepped import Stepped
 
 Kinds = Enum("Kinds", {"CNSTRFULL": 0, "BADQACC": 1})
+ENGINES = {"mujoco": "mujoco", "dart": "dartpy", "bullet": "pybullet"}
+NOBODY, STEP_S = plants.Hand("nobody"), 2.5e-4
 
 
 def data(*numbers, qpos=0.0, qvel=0.0):
@@ -44,3 +51,89 @@ def test_the_engine_tells_a_joint_that_flies_apart():
     mujoco.mj_step(m, d, 20)
     with pytest.raises(DivergedError, match="mjWARN_BADQACC"):
         refuse_diverged(d, mujoco.mjtWarning)
+
+
+class Free(Stepped):
+    """An engine of masses without friction."""
+
+    def turn(self, torques):
+        v = [
+            speed + self.step_s * torque / mass.inertia
+            for speed, torque, mass in zip(self.v, torques, self.masses, strict=True)
+        ]
+        return [place + self.step_s * speed for place, speed in zip(self.q, v, strict=True)], v
+
+
+def swinging():
+    joint = plants.Joint(0.008, 0.0, 0.0, 0.004, 168.4)
+    hand = plants.Hand("arm", 0.01, 10.0, 0.0, 100.0, 0.0)
+    one = Free(joint, hand, plants.World(), plants.Device(step_s=STEP_S))
+    one.q[2] = 0.1
+    return one
+
+
+def energy(one):
+    (q, v), j, h = (one.q, one.v), one.joint, one.hand
+    springs = j.gear * (q[0] - q[1]) ** 2 + h.grip * (q[2] - q[1]) ** 2 + h.spring * q[2] ** 2
+    return 0.5 * (springs + sum(mass.inertia * speed**2 for mass, speed in zip(one.masses, v, strict=True)))
+
+
+def test_what_lies_between_the_masses_neither_gains_nor_loses():
+    one = swinging()
+    began, later = energy(one), []
+    for _ in range(8000):
+        one.step(*one.pointers)
+        later.append(energy(one))
+    one.sound()
+    assert abs(np.mean(later[-1000:]) / began - 1) < 0.03
+    assert np.ptp(one.qpos) > 1e-3, "it moves"
+
+
+def test_the_handle_feels_what_moves_it():
+    one = swinging()
+    one.advance()
+    assert one.sensed[1] * one.lever * plants.LEVER_M == pytest.approx(100.0 * 0.1)
+    one.hold(0.0)
+    one.advance()
+    assert one.sensed[1] == 0.0
+
+
+def test_an_engine_that_raises_is_told(monkeypatch):
+    printed = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda told: printed.append(told.exc_type))
+    one = swinging()
+    one.turn = lambda _torques: 1 / 0
+    for _ in range(2):
+        one.step(*one.pointers)
+    with pytest.raises(DivergedError, match="RAISED"):
+        one.sound()
+    assert printed == [ZeroDivisionError], "it goes no further"
+
+
+def test_an_engine_whose_joint_is_nowhere_is_told():
+    one = swinging()
+    one.q[0] = math.nan
+    one.step(*one.pointers)
+    with pytest.raises(DivergedError, match="NOT_FINITE"):
+        one.sound()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_an_engines_joint_sticks_and_slides_as_it_was_given(name):
+    pytest.importorskip(ENGINES[name])
+    joint, device = plants.Joint(0.012, 0.05, 0.25), plants.Device(step_s=STEP_S, engine=name)
+    one = engines.made(joint, NOBODY, plants.World(), device)
+    for torque, seconds in ((0.24, 0.3), (0.35, 0.6)):
+        one.ctrl[0] = torque
+        for _ in range(round(seconds / STEP_S)):
+            one.step(*one.pointers)
+        one.sound()
+        if torque < joint.dry:
+            assert abs(one.qpos[0]) < 1e-4
+    # J dv/dt = torque - dry - b v
+    wanted = (0.35 - joint.dry) / joint.viscous * -math.expm1(-0.6 * joint.viscous / joint.motor)
+    assert one.qvel[0] == pytest.approx(wanted, rel=0.01)
+
+
+def test_every_row_of_the_engines_is_asked():
+    assert set(ENGINES) == set(engines.ROWS)
