@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from hw.motion import words
+from rtctl.cli import probe_shape
 from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
 
@@ -34,6 +35,13 @@ JSON_SECONDS = 2.0
     is_flag=True,
     help="send disabled zero commands; drives and boards on a CAN bus are asked without it",
 )
+@click.option(
+    "--pulses",
+    type=click.IntRange(5, 1000),
+    help="arm and stop the rig so many times, and tell by its test pulses of what shape each current loop "
+    "is: what to put into [axis.drive]",
+)
+@click.option("--yes", is_flag=True, help="with --pulses: do not ask whether nobody touches the rig")
 @click.option("--runtime-dir", type=click.Path(), help="folder of the rig's lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
@@ -42,14 +50,16 @@ def command(
     seconds: float | None,
     runtime_dir: str | None,
     *,
+    pulses: int | None,
+    yes: bool,
     poll: bool,
     as_json: bool,
 ) -> None:
     """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
 
-    Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is
-    tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
-    Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
+    Nothing is armed and no torque is written, but with --pulses; drives that answer only when asked are
+    asked. The force is tared over its first samples, as before arming: let go meanwhile. Refused while a
+    daemon runs the rig. Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
     6 when a device cannot be opened, is lost, or shows no sample."""
     from rtctl.errors import DeviceError
     from rtctl.host.probe_actuator_delays import actuators
@@ -61,6 +71,9 @@ def command(
 
     register()
     loaded = load(config)
+    if pulses is not None:
+        probe_shape.tell(loaded, pulses, runtime_dir, as_json=as_json, yes=yes)
+        return
     with _drivers_of(loaded.path):
         found = devices(loaded, device, poll=poll)
     in_place = not as_json and sys.stdout.isatty()

@@ -55,10 +55,6 @@ NOISE_SHARE = 0.25
 GAIN_ERRORS = 3.0
 """So many standard errors the gain must be outside of its bounds."""
 
-OVERSHOOT_ALLOWED = 0.05
-"""So far beyond what is declared the current may exceed the step: such a loop bears .5 % less stiffness in
-the median, 21 % where b_c is most of what the device damps."""
-
 FEWEST_FOR_OVERSHOOT = 10
 """Shorter parts (loops below 500 Hz) tell none."""
 
