@@ -72,8 +72,7 @@ def shapes(
 
 def shape_of(loaded: LoadedConfig, index: int, blocks: list[Any], ticks: int) -> dict[str, Any]:
     """What the ticks of these pulses tell of one axis."""
-    from rtctl.check.stability_report import bearing
-    from rtctl.control.proofs.stability import Between, k_max_between
+    from rtctl.check.borne_stiffness import stiffest
     from rtctl.errors import DataError
     from rtctl.identify import current_shape
     from rtctl.identify.pulses import sent_and_shown
@@ -85,13 +84,7 @@ def shape_of(loaded: LoadedConfig, index: int, blocks: list[Any], ticks: int) ->
     except DataError as why:
         return body | {"shape": None, "why": str(why)}
     found = current_shape.told(current_shape.Pulses(sent, shown))
-    b, _, _, load = bearing(loaded, index)
-    b_c = (1 + load) * axis.coupling.damping_nms_rad
-
-    def bears(delay: float, lag: float, overshoot: float) -> float:
-        return k_max_between(b, b_c, T, Between(delay, 1 / (2 * math.pi * lag * T), overshoot=overshoot))
-
-    worst = current_shape.to_declare(found, bears)
+    worst = current_shape.to_declare(found, stiffest(loaded, index))
     return body | {
         "shape": found.shape,
         "pulses": found.pulses,
@@ -112,7 +105,7 @@ def shape_of(loaded: LoadedConfig, index: int, blocks: list[Any], ticks: int) ->
 
 
 def line_of(one: dict[str, Any]) -> str:
-    """The same for a person."""
+    """The shape of one axis' loop for a person, and what to put into its file."""
     if one["shape"] is None:
         return f"axis {one['axis']}: shape of the current loop not told: {one['why']}"
     told = f"axis {one['axis']}: by {one['pulses']} pulses the current loop is {SAID[one['shape']]}"

@@ -1,4 +1,4 @@
-"""Of what shape the current loop of a motor is, told by the mean of many test pulses.
+"""The shape of a motor's current loop, told by the mean of many test pulses.
 
 The answer to what was sent is fitted by least squares as a gain and an offset of a delayed loop of second
 order,
@@ -38,7 +38,7 @@ ANEW = 8
 """Every so many shapes delay and lag are looked for from the start."""
 
 UNSEEN_TICKS = 0.25
-"""Of a loop with a lag shorter than that no sample shows a shape: it has settled before the next."""
+"""No sample shows a shape of a loop whose lag is shorter than that: it has settled before the next."""
 
 
 def m_of(overshoot: float) -> float:
@@ -227,7 +227,7 @@ def _shape(fits: Sequence[Fit], within: Sequence[int], best: Fit) -> str:
 
 
 def to_declare(found: Told, bears: Callable[[float, float, float], float]) -> Fit | None:
-    """Of the shapes that are possible the one that the coupling bears least; None where none is told.
+    """The one of all possible shapes that the coupling bears least; None where none is told.
 
     Parameters
     ----------
