@@ -10,7 +10,6 @@ import numpy as np
 from hw.interface import Joint
 from rtctl.check.devices_of_axis import sure_damping
 from rtctl.control import take_back
-from rtctl.control.current_answer import OVERSHOOT_ALLOWED
 from rtctl.control.flicker import blind_damping_nms_rad, blind_hz
 from rtctl.control.jit import plain
 from rtctl.control.proofs import stability
@@ -18,7 +17,7 @@ from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.virtual_mass import MASS_REST_HZ
 from rtctl.control.vocabulary import DeviceVelocity, Display, VelocityMethod
-from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.axis_tables import OVERSHOOT_UNTOLD, AxisTable
 
 # a joint that goes quicker than a quarter of its limit, over the whole test, is moved by somebody
 ARMING_TRAVEL_SHARE = 0.25
@@ -104,7 +103,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     p["force_limit_n"][a] = axis.force.limit_n
     p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
     p["current_gain_error"][a] = axis.drive.current_gain_error
-    p["current_overshoot_limit"][a] = axis.drive.current_overshoot + OVERSHOOT_ALLOWED
+    p["current_overshoot_limit"][a] = max(axis.drive.current_overshoot, OVERSHOOT_UNTOLD)
     p["current_offset_nm"][a] = axis.drive.current_offset_share * axis.torque_limit_nm
     p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
     p["velocity_window_ticks"][a] = axis.velocity.window

@@ -79,7 +79,7 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
             slow.between.lag_hz,
             old.between.sample_ticks,
             min(jitter, late.between.delay),  # a delay does not become less than none
-            table.drive.current_overshoot,
+            table.drive.current_overshoot if slow.between.lag_hz > 0 else 0.0,
         ),
         late.who,
         slow.who,

@@ -33,7 +33,7 @@ from rtctl.friction.guarantee import guarantee, holds_flicker
 from rtctl.friction.margins import most_load_nm
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.roll_off import rolled_off
-from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.axis_tables import OVERSHOOT_UNTOLD, AxisTable
 from rtctl.rig_file.config import Config, LoadedConfig
 
 SOFT_START_S = 0.5
@@ -207,9 +207,10 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring, load_loop = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        # an admittance, and a current that overshoots, are certified for what is declared, and no more
+        # an admittance, and a current that overshoots by more than is usual, are certified for what is
+        # declared, and no more
         covered = declared
-        if not axis.may_show("admittance") and between.overshoot == 0:
+        if not axis.may_show("admittance") and between.overshoot <= OVERSHOOT_UNTOLD:
             k_c = (1 + load_loop) * coupling.stiffness_nm_rad + spring
             b_c = (1 + load_loop) * coupling.damping_nms_rad
             covered = delay_covered_ticks(b, k_c, b_c, period_s, declared, between.sample_ticks)

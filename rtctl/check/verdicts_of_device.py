@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_observer import observes
 from rtctl.check.verdicts_of_units import amperes_of
+from rtctl.control.proofs import stability
+from rtctl.rig_file.axis_tables import OVERSHOOT_UNTOLD
 from rtctl.rounded import up
 
 
@@ -115,23 +118,44 @@ def _budget_that_does(steps: Callable[[float], float], least: float) -> str:
 
 
 def overshoot(s: Subject) -> list[Verdict]:
-    """A current that exceeds its steps is counted on in the proof of the coupling, and there alone."""
-    over, lag_hz = s.axis.current_overshoot, s.axis.current_loop_hz
-    if over == 0:
+    """A current that exceeds its steps, or may, is counted on in the proof of the coupling, and there
+    alone."""
+    over, lag_hz = s.table.drive.current_overshoot, s.axis.current_loop_hz
+    # without a lag nothing can exceed anything, and a loop that is surely of first order has no row
+    if over == 0 or (lag_hz == 0 and over <= OVERSHOOT_UNTOLD):
         return []
     others = observes(s) or s.table.may_show("admittance")
     outcome = Outcome.FAIL if lag_hz == 0 else Outcome.NOT_PROVED if others else Outcome.PASS
     told = "drive.current_overshoot without a lag: set drive.current_loop_hz to 1/(2 pi) of the loop's lag"
+    alone = "the coupling is proved with it; observer and admittance are for a loop of first order"
+    if over == OVERSHOOT_UNTOLD:
+        alone += "; the test pulse sees no less: current_overshoot = 0 where `rtctl probe --pulses` tells it"
     return [
         s.row(
             "current that overshoots",
             f"{over:.2g} of a step",
             "of the coupling's proof",
             outcome,
-            told
-            if lag_hz == 0
-            else "the coupling is proved with it; observer and admittance are for a loop of first order",
+            told if lag_hz == 0 else alone,
             over,
             f"{s.where}: axis {s.axis.name}: {told}" if lag_hz == 0 else "",
         )
     ]
+
+
+def of_first_order(s: Subject) -> str:
+    """Remedy of a coupling that would pass behind a current loop of first order, where the file does not say
+    of which it is; else nothing."""
+    axis, b, b_c = s.axis, s.axis.device_damping_nms_rad, s.axis.damping_nms_rad
+    if s.table.drive.current_overshoot != OVERSHOOT_UNTOLD or axis.current_loop_hz == 0:
+        return ""
+    plain, counted = (
+        stability.k_max_between(b, b_c, s.period_s, replace(axis.between, overshoot=over))
+        for over in (0.0, OVERSHOOT_UNTOLD)
+    )
+    if axis.stiffness_nm_rad * counted > axis.sampled_data_k_max_nm_rad * plain:
+        return ""
+    return (
+        "; it passes with drive.current_overshoot = 0, behind a current loop of first order: "
+        "`rtctl probe --pulses 50` tells whether it is one"
+    )

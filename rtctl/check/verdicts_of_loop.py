@@ -9,6 +9,7 @@ from hw.motion import HANDLE_M, own_size
 from rtctl.check.devices_of_axis import sure_damping
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_device import of_first_order
 from rtctl.control.environments.table import Environment
 from rtctl.friction.guarantee import holds_flicker
 from rtctl.rounded import down, up
@@ -279,7 +280,7 @@ def _coupling_refusal(s: Subject) -> str:
         f"{s.where}.coupling.stiffness_nm_rad: axis {axis.name}: {axis.stiffness_nm_rad:g} is not provably "
         f"passive; the largest that passes is {k_max} N m/rad with damping_nms_rad = "
         f"{axis.damping_nms_rad:g}, {between_text(axis)} and {b:.4g} N m s/rad of "
-        f"guaranteed damping; {pair}"
+        f"guaranteed damping; {pair}{of_first_order(s)}"
     )
 
 

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hw.motion import words
+from rtctl.cli import probe_shape
 from rtctl.cli.json_text import end_with
 from rtctl.cli.number import Number
+
+if TYPE_CHECKING:
+    from rtctl.host.probe_device_readings import DeviceProbe
+    from rtctl.rig_file.config import LoadedConfig
 
 # a script waits for an end; two seconds show a rate of some samples a second as well
 JSON_SECONDS = 2.0
@@ -34,6 +39,13 @@ JSON_SECONDS = 2.0
     is_flag=True,
     help="send disabled zero commands; drives and boards on a CAN bus are asked without it",
 )
+@click.option(
+    "--pulses",
+    type=click.IntRange(5, 1000),
+    help="arm and stop the rig so many times, and tell by its test pulses of what shape each current loop "
+    "is: what to put into [axis.drive]",
+)
+@click.option("--yes", is_flag=True, help="with --pulses: do not ask whether nobody touches the rig")
 @click.option("--runtime-dir", type=click.Path(), help="folder of the rig's lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
@@ -42,25 +54,27 @@ def command(
     seconds: float | None,
     runtime_dir: str | None,
     *,
+    pulses: int | None,
+    yes: bool,
     poll: bool,
     as_json: bool,
 ) -> None:
     """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
 
-    Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is
-    tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
-    Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
-    6 when a device cannot be opened, is lost, or shows no sample."""
-    from rtctl.errors import DeviceError
-    from rtctl.host.probe_actuator_delays import actuators
+    Nothing is armed and no torque is written, but with --pulses; drives that answer only when asked are
+    asked. The force is tared over its first samples, as before arming: let go meanwhile. Refused while a
+    daemon runs the rig. Beside it stands what the last arming measured of each axis' torque (delay, lag,
+    gain, offset). Exit code 6 when a device cannot be opened, is lost, or shows no sample."""
     from rtctl.host.probe_device_readings import devices, watch
     from rtctl.recording.as_columns import register
-    from rtctl.recording.state_folder import written_folder
     from rtctl.rig_file.config import load
     from rtctl.wire.endpoints import RuntimeDirectory
 
     register()
     loaded = load(config)
+    if pulses is not None:
+        probe_shape.tell(loaded, pulses, runtime_dir, as_json=as_json, yes=yes)
+        return
     with _drivers_of(loaded.path):
         found = devices(loaded, device, poll=poll)
     in_place = not as_json and sys.stdout.isatty()
@@ -91,13 +105,29 @@ def command(
             )
         except KeyboardInterrupt:
             interrupted = True
+    _end(found, loaded, _show, as_json=as_json, interrupted=interrupted)
+
+
+def _end(
+    found: list[DeviceProbe],
+    loaded: LoadedConfig,
+    show: Callable[[], None],
+    *,
+    as_json: bool,
+    interrupted: bool,
+) -> None:
+    """The last look at the devices, and what the last arming measured; DeviceError where one is bad."""
+    from rtctl.errors import DeviceError
+    from rtctl.host.probe_actuator_delays import actuators
+    from rtctl.recording.state_folder import written_folder
+
     reports = [one.report() for one in found]
     bad = [_trouble(one) for one in reports if one["error"] or not one["samples"]]
     torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
         body = {"ok": not bad, "devices": reports, "actuators": torque}
         end_with(body, DeviceError if bad else 130 if interrupted else 0)
-    _show()
+    show()
     click.echo("\n".join(_actuator_line(one) for one in torque))
     if bad:
         raise DeviceError("; ".join(bad))

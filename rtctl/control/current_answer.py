@@ -55,15 +55,21 @@ NOISE_SHARE = 0.25
 GAIN_ERRORS = 3.0
 """So many standard errors the gain must be outside of its bounds."""
 
-OVERSHOOT_ALLOWED = 0.05
-"""So far beyond what is declared the current may exceed the step: such a loop bears .5 % less stiffness in
-the median, 21 % where b_c is most of what the device damps."""
-
 FEWEST_FOR_OVERSHOOT = 10
 """Shorter parts (loops below 500 Hz) tell none."""
 
-NOISE_PEAKS = 5.0
-"""So many standard deviations of the noise are no overshoot."""
+BEYOND = (0.05, 0.12, 0.22, 0.4)
+"""Overshoots that are tried beyond what is declared."""
+
+SURELY = 15.0
+"""So many variances more must be left by the best loop that exceeds its steps by no more than it may."""
+
+UNEVEN = 0.4
+"""And the square of this share of the overshoot that may be: what the row of lags and delays leaves of it."""
+
+LESS = 0.6
+NEAR = 3.5
+"""Of those a second overshoot is tried, this share of the most; and the lags of the others within this factor."""
 
 LAID_OVER = 6.0
 """Variance of three steps laid over one another, weighted 1, -2, 1, in those of a sample."""
@@ -103,6 +109,29 @@ def keep(s: Record, p: Record, axis: int, measured: float, sent_ticks: int, skip
     s.answer_measured_nm[axis, k] += weight * measured
     if k == 0:
         s.answer_before_nm[axis] += weight * held_torque(s, axis, 2)  # of each step what it starts from
+
+
+@compiled
+def _rung(s: Record, axis: int, n: int, lag: float, overshoot: float) -> None:
+    """The sent step behind a loop of second order of this lag that exceeds it so far, as samples show it.
+
+    Notes
+    -----
+    With its time constants 1/(a -+ j w) a sample is
+    ``y_k = 2 e^-a cos(w) y_(k-1) - e^-2a y_(k-2) + S_1 u_k + (S_2 - (1 + 2 e^-a cos w) S_1) u_(k-1)``,
+    where ``S_t = 1 - e^(-a t) (cos w t + (a/w) sin w t)`` answers a step and u_k is sent in tick k."""
+    turn = -math.pi / math.log(overshoot)
+    decay = 2.0 / (lag * (1.0 + turn * turn))
+    w, kept = decay * turn, math.exp(-decay)
+    first = 1.0 - kept * (math.cos(w) + math.sin(w) / turn)
+    second = 1.0 - kept * kept * (math.cos(2.0 * w) + math.sin(2.0 * w) / turn)
+    back = 2.0 * kept * math.cos(w)
+    late = second - (1.0 + back) * first
+    sent = torque = before = s.answer_before_nm[axis]
+    for k in range(n):
+        now = s.answer_sent_nm[axis, k]
+        torque, before = back * torque - kept * kept * before + first * now + late * sent, torque
+        s.answer_model_nm[axis, k], sent = torque, now
 
 
 @compiled
@@ -222,29 +251,57 @@ def _least_delay(
 
 
 @compiled
-def _overshoots(s: Record, p: Record, axis: int, n: int, step: float) -> bool:
-    """True when the current surely exceeds a step of `step` by more than the proof counts on.
+def _at_ringing(
+    s: Record, axis: int, n: int, lag: float, overshoot: float, latest: int, found: tuple[float, float]
+) -> tuple[float, float]:
+    """(squares left, lag) of a loop of this lag and overshoot, if it is better than what was found."""
+    _rung(s, axis, n, lag, overshoot)
+    first = max(latest - SHIFTS // 2 - int(HALF_OF_LAG * lag), 0)
+    for shift in range(first, min(first + SHIFTS, n - 2)):
+        left = _fit(s, axis, n, lag, shift, math.inf)[0]
+        if left < found[0]:
+            found = (left, lag)
+    return found
+
+
+@compiled
+def _ringing(
+    s: Record, axis: int, n: int, overshoot: float, latest: int, near: float
+) -> tuple[float, float]:
+    """(squares left, lag) of the best loop that exceeds its steps so far, its lag within NEAR of `near` (0: any)."""
+    found = (math.inf, 0.0)
+    for i in range(1, LAGS):
+        lag = _lag_of(i)
+        if near == 0.0 or near / NEAR < lag < near * NEAR:
+            found = _at_ringing(s, axis, n, lag, overshoot, latest, found)
+    return found
+
+
+@compiled
+def _overshoots(s: Record, p: Record, axis: int, n: int, best: float, step: float) -> bool:
+    """True when the current surely exceeds a step of `step` by more than it may; the best lag leaves `best`.
 
     Notes
     -----
-    Means of 1, 2 and 4 samples, against that of the last quarter of the step; the noise is that of the part
-    in which nothing was sent, as what the best fit leaves has the overshoot itself in it."""
+    The ratio of likelihoods of the loops that exceed it by more and of those that do not. The noise is that of
+    the part in which nothing was sent, as what a lag leaves has the overshoot itself in it."""
     most, ticks = p.current_overshoot_limit[axis], p.arming_ticks
     if not most > 0.0 or n < FEWEST_FOR_OVERSHOOT:
         return False
-    y, mean = s.answer_measured_nm[axis], s.answer_rest_nm[axis] / ticks
+    mean = s.answer_rest_nm[axis] / ticks
     squares = max(s.answer_rest_nm2[axis] - ticks * mean * mean, 0.0)
-    noise = NOISE_PEAKS * math.sqrt(LAID_OVER * squares / (ticks - 1))
-    last, end = n // 4, 0.0
-    for k in range(n - last, n):
-        end += y[k] / last
-    for width in (1, 2, 4):
-        total = 0.0
-        for k in range(n):
-            total += y[k] - (y[k - width] if k >= width else 0.0)
-            peak = total / width - noise / math.sqrt(width)
-            if k + 1 >= width and peak > end + most * step:
-                return True
+    variance = LAID_OVER * squares / (ticks - 1)
+    latest = _latest_shift(s, axis, n)
+    found = _ringing(s, axis, n, most, latest, 0.0)
+    lag = found[1]
+    # lags between those of the row for these alone: what is refused is no matter of the row
+    for over in (most, LESS * most):
+        for i in range(2 * FINE + 1):
+            found = _at_ringing(s, axis, n, lag * LAG_RATIO ** (i / FINE - 1.0), over, latest, found)
+    least = min(best, found[0]) - SURELY * variance - (UNEVEN * most * step) ** 2
+    for beyond in BEYOND:
+        if least > 0.0 and _ringing(s, axis, n, most + beyond, latest, lag)[0] < least:
+            return True
     return False
 
 
@@ -272,7 +329,7 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     error = GAIN_ERRORS * math.sqrt(variance / n) / (0.5 * height)
     if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:
         fault |= _F_CURRENT
-    if _overshoots(s, p, axis, n, step):
+    if _overshoots(s, p, axis, n, best, step):
         fault |= _F_CURRENT
     return fault | leaves_proof(p, axis, delay)
 

@@ -37,6 +37,11 @@ class CouplingTable(Table):
     )
 
 
+OVERSHOOT_UNTOLD = 0.05
+"""A current that exceeds its steps by less passes the test pulse, so a coupling is proved for it (decision
+0176)."""
+
+
 class DriveTable(Table):
     """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is
     worse"""
@@ -45,7 +50,11 @@ class DriveTable(Table):
         0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
     )
     current_overshoot: float = number(
-        0, 0.6, "by what share the current exceeds a step; 0: a loop of first order", default=0.0
+        0,
+        0.6,
+        "by what share the current exceeds a step: what the test pulse of arming cannot tell, unless the "
+        "file says less; 0: surely a loop of first order (`rtctl probe --pulses` tells)",
+        default=OVERSHOOT_UNTOLD,
     )
     current_gain_error: float = number(
         0.02, 0.9, "how far the measured current may be off what was sent, as a share of it", default=0.3

@@ -138,28 +138,28 @@ def felt(d: float, tau: float, jitter: float = 0.0, overshoot: float = 0.0) -> d
     """Largest share of a tick for which the joint feels the torque of m - 1 ticks ago, by m, behind a delay
     of `d`, at times up to `jitter` less, and a lag `tau`, all in ticks.
 
-    The shares add up to 1 + jitter; of a loop that overshoots to more (`_both_signs`).
+    The shares add up to 1 + jitter; of a loop that overshoots to ((1 + o)/(1 - o))^2 times that.
 
     Notes
     -----
     A lag is a mixture of delays l = d + X, X exponential with mean tau. With l the torque is felt for 1 - |l
     - (m - 1)| of a tick; where l may be up to `jitter` less, for all of it from m - 1 to m - 1 + jitter. That
-    is a trapezium over l, and its mean the sum of four means of a ramp, E max(l - c, 0), c at its corners."""
-    scale, tau = _both_signs(tau, overshoot)
+    is a trapezium over l, and its mean the sum of four means of a ramp, E max(l - c, 0), c at its corners. A
+    loop of second order has |a| for the density of X (`_mean_ramp`)."""
+    # |integral a h|^2 <= integral |a| integral |a| |h|^2 for an answer a to an impulse: 1 of one sign
+    scale, longest = (1 + overshoot) / (1 - overshoot), _envelope(tau, overshoot)[1]
 
     def beyond(corner: float) -> float:
-        if corner <= d:
-            return d - corner + tau
-        return tau * math.exp((d - corner) / tau) if tau > 0 else 0.0
+        return _mean_ramp(corner - d, tau, overshoot)
 
     # 13.8 time constants one by one: all but a millionth of a lag
-    last = math.ceil(d - tau * math.log(_TAIL)) + 1
+    last = math.ceil(d - longest * math.log(_TAIL)) + 1
     shares = {
         m: beyond(m - 2) - beyond(m - 1) - beyond(m - 1 + jitter) + beyond(m + jitter)
         for m in range(1, last + 1)
     }
-    # what is later lies a tau beyond on average; two give its square no less than its mean
-    shares[last + 1 + math.ceil(2 * tau)] = beyond(last - 1) - beyond(last + jitter)
+    # what is later lies a time constant beyond on average; two give its square no less than its mean
+    shares[last + 1 + math.ceil(2 * longest)] = beyond(last - 1) - beyond(last + jitter)
     return {m: scale * share for m, share in shares.items() if share > 0}
 
 
@@ -198,15 +198,24 @@ def _envelope(tau: float, overshoot: float) -> tuple[float, float]:
     return mean / abs(one.imag), mean
 
 
-def _both_signs(tau: float, overshoot: float) -> tuple[float, float]:
-    """(factor, time constant) of the lag that covers a loop that overshoots where shares are squared.
+def _mean_ramp(corner: float, tau: float, overshoot: float) -> float:
+    """Integral of |a(x)| max(x - corner, 0) over x > 0, a the answer to an impulse of the loop, in ticks.
 
     Notes
     -----
-    With an answer a(t) to an impulse, whose integral is 1, ``|integral a h|^2 <= integral |a| integral |a|
-    |h|^2``. The first of both is (1 + o)/(1 - o), in the second the envelope covers |a|."""
-    weight, mean = _envelope(tau, overshoot)
-    return weight * (1 + overshoot) / (1 - overshoot), mean
+    Without the bars it is R(c) = Im(q e^(-l c)/l^2) with l = 1/tau_1 and q = |l|^2/Im(-l), and that of a
+    alone beyond the i-th zero x_i of a is (-o)^i. There the sign changes, so
+    ``G(c) = +-R(c) + 2 sum over x_i > c of o^i (tau + x_i - c)``."""
+    one = _pair(tau, overshoot)
+    if one.imag == 0:
+        return tau - corner if corner <= 0 else tau * math.exp(-corner / tau) if tau > 0 else 0.0
+    rate = 1 / one
+    half, o = math.pi / -rate.imag, overshoot
+    begun = math.floor(max(corner, 0.0) / half)
+    left = (abs(rate) ** 2 / -rate.imag * cmath.exp(-rate * max(corner, 0.0)) / rate**2).imag
+    later, counted = o ** (begun + 1) / (1 - o), o ** (begun + 1) * (begun + 1 - begun * o) / (1 - o) ** 2
+    found = (-1) ** begun * left + 2 * ((tau - max(corner, 0.0)) * later + half * counted)
+    return found - min(corner, 0.0) * (1 + o) / (1 - o)
 
 
 def _alias_sums(

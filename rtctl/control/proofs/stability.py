@@ -169,7 +169,7 @@ def damping_needed_between(
             held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d), over)
             for n in range(2, between.sample_ticks + 1)
             for d in {0.0, between.delay}
-            for lag, over in {(0.0, 0.0), (lag_ticks(between.lag_hz, T), between.overshoot)}
+            for lag, over in {(lag_ticks(hz, T), o) for _, hz, o in cases if hz in (0.0, between.lag_hz)}
         ]
     return max(needed)
 

@@ -20,29 +20,41 @@ def drive(path, *lines):
 
 def test_a_current_that_overshoots_costs_stiffness_and_the_watch_bears_no_more_than_declared(rig):
     loop = "current_loop_hz = 200.0"
-    plain, over = (load(drive(rig(k_c=30.0), loop, *more)) for more in ((), ("current_overshoot = 0.16",)))
-    assert examine(plain).axes[0].sampled_data_k_max_nm_rad == pytest.approx(44.0, abs=0.01)
-    (axis,) = examine(over).axes
-    assert axis.sampled_data_k_max_nm_rad == pytest.approx(32.77, abs=0.02)
+    said = ("current_overshoot = 0.0", "", "current_overshoot = 0.16")
+    first, plain, over = (load(drive(rig(k_c=30.0), loop, more)) for more in said)
+    most = [examine(one).axes[0].sampled_data_k_max_nm_rad for one in (first, plain, over)]
+    assert most == pytest.approx([44.0, 42.86, 32.77], abs=0.02)
     refused = rows_of(drive(rig(k_c=36.0), loop, "current_overshoot = 0.16"))["coupling, sampled and late"]
     assert "a current loop of 200 Hz that overshoots by 0.16 (rig file)" in refused.refusal
     late_s = 1 / (2 * 3.141592653589793 * 200)
-    covered = [build(one).params["proof_delay_s"][0, 0] for one in (plain, over)]
-    assert covered[0] > 1.2 * late_s
-    assert covered[1] == pytest.approx(late_s)
-    limits = [build(one).params["current_overshoot_limit"][0, 0] for one in (plain, over)]
-    assert limits == pytest.approx([0.05, 0.21])
+    covered = [build(one).params["proof_delay_s"][0, 0] for one in (first, plain, over)]
+    assert covered[0] == covered[1] > 1.2 * late_s
+    assert covered[2] == pytest.approx(late_s)
+    limits = [build(one).params["current_overshoot_limit"][0, 0] for one in (first, plain, over)]
+    assert limits == pytest.approx([0.05, 0.05, 0.16])
 
 
 def test_an_overshoot_is_of_the_coupling_alone_and_wants_its_lag(rig):
     loop = ("current_loop_hz = 200.0", "current_overshoot = 0.16")
-    assert "current that overshoots" not in rows_of(drive(rig(k_c=30.0), loop[0]))
+    for silent in (("",), (loop[0], "current_overshoot = 0.0")):
+        assert "current that overshoots" not in rows_of(drive(rig(k_c=30.0), *silent))
     for more, outcome in (({}, Outcome.PASS), ({"model": "model.json"}, Outcome.NOT_PROVED)):
-        row = rows_of(drive(rig(k_c=30.0, **more), *loop))["current that overshoots"]
-        assert row.outcome is outcome
+        for said in (loop, loop[:1]):
+            row = rows_of(drive(rig(k_c=30.0, **more), *said))["current that overshoots"]
+            assert row.outcome is outcome
+            assert ("rtctl probe --pulses" in row.meaning) == (said == loop[:1])
     row = rows_of(drive(rig(k_c=30.0), loop[1]))["current that overshoots"]
     assert row.outcome is Outcome.FAIL
     assert "drive.current_loop_hz" in row.refusal
+
+
+def test_a_coupling_that_a_loop_of_first_order_bears_is_told_how_to_say_that_it_is_one(rig):
+    loop = "current_loop_hz = 200.0"
+    refused = [rows_of(drive(rig(k_c=k_c), loop))["coupling, sampled and late"] for k_c in (43.5, 44.5)]
+    assert all(row.outcome is Outcome.FAIL for row in refused)
+    assert ["passes with drive.current_overshoot = 0" in row.refusal for row in refused] == [True, False]
+    row = rows_of(drive(rig(k_c=43.5), loop, "current_overshoot = 0.0"))["coupling, sampled and late"]
+    assert row.outcome is Outcome.PASS
 
 
 def test_what_the_damper_of_a_joint_proves_a_gear_with_play_does_not_have(rig):
