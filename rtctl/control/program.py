@@ -2,7 +2,7 @@
 
 | kind | torque |
 |---|---|
-| BRAKE | -d v, at most the share HOLD may use; at rest none; d of HOLD once an elastic joint was stopped |
+| BRAKE | -d v, at most the share HOLD may use; at rest none; d of HOLD once the joint was stopped |
 | SERVO | k (x_r - x) + d (v_r - v): PI on the velocity, its integral taken exactly, as position |
 | RAMP | open loop: rises by `program_ramp_nm_s` until it slips; below `program_fast_nm` FAST_RAMP times |
 | TRACK | PD or PID with inertia and friction feed-forward after a reference; k = k_p, d = k_d |
@@ -80,7 +80,7 @@ def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
     if before == _OFF:  # else the estimate of the motion goes on
         s.program_velocity_rad_s[axis] = 0.0
     # from one servo motion into the next the reference runs on without a step
-    if before != _SERVO or s.program_kind[axis] == _TRACK:
+    if before != _SERVO or s.program_kind[axis] != _SERVO:
         s.program_reference_rad[axis] = s.position_rad[axis]
         s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]
     if not _valid(c, p, axis) or (s.program_kind[axis] == _TRACK and not _trackable(s, c, p, axis)):
@@ -241,10 +241,12 @@ def program_torque(
     if in_program(s, axis):
         dt = p.period_s * elapsed
         if elapsed > 0:
-            error = t.velocity_difference_rad_s[axis] - s.program_velocity_rad_s[axis]
             alpha = c.program_alpha[axis]
-            # BRAKE is not validated
-            s.program_velocity_rad_s[axis] += (alpha if 0.0 < alpha <= 1.0 else 1.0) * error
+            alpha = alpha if 0.0 < alpha <= 1.0 else 1.0  # BRAKE is not validated
+            # once for every tick since: on seldom samples it would be as many times as slow
+            for _ in range(elapsed):
+                error = t.velocity_difference_rad_s[axis] - s.program_velocity_rad_s[axis]
+                s.program_velocity_rad_s[axis] += alpha * error
         if s.program_kind[axis] != _BRAKE:
             s.program_flags[axis] |= _tripped(t, s, c, axis)
             if s.program_flags[axis] != 0:
@@ -270,8 +272,7 @@ def _torque(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float
     damping = c.program_damping_nms_rad[axis]
     if not 0.0 <= damping < math.inf:  # of a refused or plain BRAKE: still brakes, as HOLD does
         damping = p.hold_damping_nms_rad[axis]
-    elastic = p.sure_viscous_nms_rad[axis] < p.viscous_nms_rad[axis]
-    if elastic and not s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0:
+    if not s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0:
         s.program_speed_rad_s[axis] = 0.0  # it has been stopped, for good: more would ring, in a hand perhaps
         damping = min(damping, p.hold_damping_nms_rad[axis])
     cap = BRAKE_SHARE * p.torque_limit_nm[axis]

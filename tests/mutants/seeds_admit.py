@@ -6,7 +6,7 @@ from seed import Seed
 
 SURE = ("tests/unit/control/test_sure_damping.py",)
 
-BRAKE = "test_a_brake_that_has_stopped_an_elastic_joint_is_one_that_no_hand_makes_ring"
+BRAKE = "test_a_brake_that_has_stopped_a_joint_is_one_that_no_hand_makes_ring"
 PROGRAM = (f"tests/unit/control/test_program.py::{BRAKE}",)
 
 SEEDS = (
@@ -33,14 +33,14 @@ SEEDS = (
         ("tests/unit/control/test_admittance_proof.py",),
     ),
     Seed(
-        "a brake that has stopped an elastic joint goes on with the servo's damping",
+        "a brake that has stopped a joint goes on with the servo's damping",
         "rtctl/control/program.py",
         "        damping = min(damping, p.hold_damping_nms_rad[axis])",
         "        damping = min(damping, math.inf)",
         PROGRAM,
     ),
     Seed(
-        "a brake on an elastic joint is weak from the first tick",
+        "a brake is weak from the first tick",
         "rtctl/control/program.py",
         "                s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]\n",
         "                s.program_speed_rad_s[axis] = 0.0\n",

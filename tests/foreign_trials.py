@@ -1,0 +1,165 @@
+"""Certified rigs on the joints of `tests/foreign_braked.py`, drawn at random, and what is asked of one, for
+`tests/foreign_brakes.py`."""
+
+import math
+from typing import NamedTuple
+
+import foreign_braked
+import numpy as np
+from foreign_braked import Rig
+from foreign_files import CONFIGS, fitted, model
+from foreign_luck import Luck as _Luck
+
+from rtctl.control.vocabulary import Environment, ProgramFlag
+from rtctl.identify.motion import Motion
+from rtctl.identify.settings import Settings, rig_of, without_feedforward
+from rtctl.rig_file.config import load
+
+LEASE, END_RAD = 7, 3.0
+FRICTIONS = ("dry", "load", "ripple", "bristles")
+
+
+class Luck(_Luck):
+    """Numbers of one case of this judge."""
+
+    FIRST = 177
+
+
+class Drawn(NamedTuple):
+    """A certified rig file (None: refused) and its joint; how late it is; what its friction is."""
+
+    loaded: object
+    axis: np.ndarray
+    kind: str
+    friction: str
+
+
+def drawn(seed, folder):
+    """A random rig: rigid, or elastic as its device declares it."""
+    luck = Luck(seed)
+    inertia, dry, b = luck.spread(0.002, 0.04), luck.spread(0.003, 0.3), luck.spread(0.01, 0.15)
+    friction = luck.one(*FRICTIONS)
+    a = np.zeros(1, foreign_braked.AXIS)
+    a["motor"], a["viscous"], a["dry"], a["peak"] = inertia, b, dry, dry * luck.within(1.0, 1.5)
+    a["stribeck"] = luck.spread(0.03, 0.3)
+    a["bristle"] = a["peak"] / luck.spread(5e-4, 5e-3) if friction == "bristles" else 0.0
+    a["bristle_damping"] = 0.1 * np.sqrt(a["bristle"] * inertia)
+    a["by_load"] = luck.within(0.05, 0.3) if friction == "load" else 0.0
+    if friction == "ripple":
+        a["wave"], a["waves"], a["cogging"] = luck.within(0.05, 0.4), luck.one(20, 80, 160), 0.3 * dry
+    elastic, hz, share = luck.one(True, True, False), luck.spread(20, 150), luck.within(0.2, 0.85)
+    damped, behind = luck.spread(0.005, 0.05), luck.one(0.0, luck.within(0.1, 0.5))
+    rate_hz = luck.one(500.0, 1000.0, 1000.0, 2000.0)
+    every = 1 if rate_hz < 1000 else luck.one(1, 1, 2, 3)
+    late = luck.one(0.0, luck.within(0, 2), luck.within(2, 6), 6.0)
+    lag_hz = luck.one(0.0, luck.spread(100, 1500))
+    a["late_ticks"], a["lag_s"] = late, 1 / (2 * math.pi * lag_hz) if lag_hz else 0.0
+    a["sample_ticks"], a["lost"] = every, luck.one(0.0, 0.03) if every == 1 else 0.0
+    if elastic:
+        a["link"], a["motor"] = share * inertia, (1 - share) * inertia
+        reduced = share * (1 - share) * inertia
+        a["gear"] = reduced * (2 * math.pi * hz) ** 2
+        a["gear_damping"] = 2 * damped * math.sqrt(float(a["gear"][0]) * reduced)
+        a["link_viscous"], a["viscous"] = behind * b, (1 - behind) * b
+    base = "mock-elastic.toml" if elastic else "mock.toml"
+    device = {"timing": {"sample_every_ticks": every, "transport_delay_ticks": late}}
+    if elastic:
+        of_mock = load(CONFIGS / base).options["axis"][0]
+        device["axis"] = [of_mock | {"elastic": of_mock["elastic"] | _told(a, share, behind)}]
+    says = _says(luck, a, inertia, b, lag_hz)
+    made = fitted(
+        base, [says], folder, luck.one(0.3, 0.9), rate_hz=rate_hz, models=[model(_curve(a))], device=device
+    )
+    return Drawn(made, a, ("elastic" if elastic else "rigid") + (" late" if late >= 2 else ""), friction)
+
+
+def _curve(a):
+    """What the model is learned of."""
+    one = {name: float(a[name][0]) for name in ("stribeck", "viscous")}
+    level, peak = float(a["dry"][0]), float(a["peak"][0])
+    return one | {"coulomb": level, "breakaway": peak, "bristle": float(a["bristle"][0]) or peak / 1e-4, "backward": 1.0}
+
+
+def _told(a, share, behind):
+    """The elastic joint as its device declares it."""
+    return {
+        "stiffness_nm_rad": float(a["gear"][0]), "damping_nms_rad": float(a["gear_damping"][0]),
+        "link_inertia_share": share, "link_viscous_share": behind,
+    }  # fmt: skip
+
+
+def _says(luck, a, inertia, b, lag_hz):
+    """What the rig file says of it."""
+    peak, most = float(a["peak"][0]), inertia * luck.spread(80, 400)
+    most = max(most, 6 * peak)
+    return {
+        "inertia_kgm2": inertia, "viscous_nms_rad": b, "torque_limit_nm": most, "torque_rate_nm_s": 100 * most,
+        "gear_ratio": 1.0, "gear_efficiency": 1.0, "torque_constant_nm_a": most / 5.0,
+        "current_limit_a": 10.0, "velocity_limit_rad_s": 8.0, "drive": {"current_loop_hz": lag_hz},
+        "position_min_rad": -END_RAD, "position_max_rad": END_RAD, "lever_m": [0.0, 0.1, 0.0],
+        "coupling": {"delay_ticks": 0.0, "damping_nms_rad": 0.3 * b, "stiffness_nm_rad": 1.0},
+        "force": {"limit_n": min(max(1e3 * most, 10), 9e3), "resolution_n": 1e-3},
+        "encoder_counts_per_rev": luck.spread(1e5, 1e6),
+        "friction": {
+            "gain": 0.9, "intent_nm": 0.2 * peak, "gate_nm": 0.1 * peak, "presliding_rad": float(a["peak"][0] / a["bristle"][0]) if a["bristle"][0] > 0 else 1e-4,
+            "policy": luck.one("off", "hybrid", "stop_gated"),
+        },
+        "environment": {"kind": "free", "stiffness_nm_rad": 1.0, "center_rad": 0.0},
+    }  # fmt: skip
+
+
+class Hand(NamedTuple):
+    """N m/rad, N m s/rad, kg m^2."""
+
+    spring: float
+    damper: float
+    mass: float
+
+
+def hand_of(luck):
+    """A passive one, more often than not without any damping."""
+    damper = luck.one(0.0, 0.0, luck.spread(1e-3, 1.0))
+    return Hand(luck.one(luck.spread(1, 500), 500.0), damper, luck.one(0.0, luck.spread(1e-4, 0.02)))
+
+
+class Trial:
+    """One rig, armed, and the programs of an identification for it."""
+
+    def __init__(self, case, seed, bare=True, first=None):
+        self.luck = Luck(seed, 1)
+        self.loaded = without_feedforward(case.loaded) if bare else case.loaded
+        self.rig = Rig(self.loaded, case.axis, seed)
+        if first is not None:
+            self.rig.grip(*first)
+        self.armed = self.rig.arm_until(5.0)
+        self.out = [self.rig.run(2.2)] if self.armed else []
+        settings = Settings(margin_rad=0.1)
+        self.motion = Motion(rig_of(self.loaded, settings), settings)
+        self.motion.last = self.rig.law[0][0]
+        self.motion.choose_travel()
+
+    @property
+    def flags(self):
+        return ProgramFlag(int(self.rig.law[0]["program_flags"][0, 0]))
+
+    def run(self, seconds):
+        self.out.append(self.rig.run(seconds))
+        return self.out[-1]
+
+    def ask(self, kind, limit_s=3600.0, **values):
+        command = self.rig.law[3]
+        for name, value in self.motion.order(kind, limit_s, **values).items():
+            command[name] = value
+        command["seq"] += 1
+
+    def target(self, place_rad):
+        command, state = self.rig.law[3], self.rig.law[1]
+        command["environment_kind"], command["target_position_rad"] = int(Environment.REMOTE), place_rad
+        command["target_count"] += 1
+        command["target_epoch"], command["target_lease"] = state["epoch"], LEASE
+
+    def followed(self, seconds, place_rad):
+        for _ in range(round(seconds / 0.01)):
+            self.target(place_rad)
+            self.run(0.01)
+
