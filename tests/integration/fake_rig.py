@@ -39,6 +39,8 @@ BOUNDS = {**AXIS, **DISPLAY}
 FAULT_NS = 200_000_000
 """So long the cause of a fault is there."""
 
+LATE_NS = 100_000_000
+
 STANDSTILLS = ((gateway, "GIVEN_UP_S"), (requests, "STALLED_S"), (requests, "DECIDED_S"))
 """Times after which a host distrusts itself, its loop, or a request: here all of them stand still with the
 machine, and nobody is to be distrusted for that."""
@@ -73,8 +75,12 @@ class FakeLoop:
         self.trip = threading.Event()
 
     def advance(self) -> None:
-        """Record every tick that is due."""
-        while self.start_ns + self.slot * self.period_ns <= time.monotonic_ns():
+        """Record every tick that is due; a machine that stood still for longer than `LATE_NS` has stopped the
+        rig's time, too.
+        """
+        now_ns = time.monotonic_ns()
+        self.start_ns = max(self.start_ns, now_ns - LATE_NS - self.slot * self.period_ns)
+        while self.start_ns + self.slot * self.period_ns <= now_ns:
             self._cycle(self.start_ns + self.slot * self.period_ns)
             self.slot += 1
 
