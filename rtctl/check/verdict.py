@@ -136,3 +136,8 @@ def ranked(rows: Iterable[Verdict]) -> list[Verdict]:
     worst."""
     # NaN is neither more nor less than any number: sorted by it, rows would stand as they came
     return sorted(rows, key=lambda row: (row.outcome, math.inf if math.isnan(row.use) else row.use))
+
+
+def named(rows: Iterable[Verdict], outcome: Outcome) -> list[str]:
+    """Every row of this outcome as "axis: name", in the order of `rows`."""
+    return [f"{row.axis}: {row.name}" for row in rows if row.outcome == outcome]

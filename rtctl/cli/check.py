@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hw.motion import words
-from rtctl.check.verdict import Outcome
+from rtctl.check.verdict import Outcome, named
 from rtctl.cli.check_lines import axis_lines
 from rtctl.cli.json_text import end_with
 from rtctl.cli.outputs import OutputFile
@@ -49,6 +49,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         stability_figure.draw(report, plot)
     if as_json:
         body = report.to_dict()
+        body["not_proved"] = named(report.verdicts, Outcome.NOT_PROVED)
         body["devices"] = [{"kind": kind, "lines": lines} for kind, lines in loaded.device_report()]
         body["members"] = [
             {
@@ -103,12 +104,14 @@ def _echo_verdicts(report: Report) -> None:
             shown = "passive with every passive hand and every passive virtual environment"
         click.echo(f"\nOK: {shown}{help_}")
         return
-    # "no test fails", not "passes": some rows could not be proved
-    click.echo(f"\nOK: no test fails; {shown}{help_}")
-    for outcome, word in ((Outcome.NOT_PROVED, "but not proved"), (Outcome.WARN, "look again at")):
-        names = "; ".join(f"{row.axis}: {row.name}" for row in told if row.outcome == outcome)
-        if names:
-            click.echo(f"{word}: {names}")
+    unproved, odd = named(told, Outcome.NOT_PROVED), named(told, Outcome.WARN)
+    if odd:
+        click.echo(f"\nlook again at: {'; '.join(odd)}")
+    # "no test fails", not "passes": some rows could not be proved, and stand last, where a hurried eye ends
+    but = ", but for what is not proved" if unproved else ""
+    click.echo(f"\nOK: no test fails; {shown}{but}{help_}")
+    if unproved:
+        click.echo(f"{Outcome.NOT_PROVED.label}: {'; '.join(unproved)}")
 
 
 def _shown(report: Report) -> str:

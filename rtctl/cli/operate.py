@@ -46,7 +46,10 @@ def _operation(name: str) -> Callable[[_Act], click.Command]:
             with connect(rig, runtime_dir, address, key) as client:
                 act(client, **more)
                 # asked after the act: what a person reads is how it is now
-                told = {"rig": client.hello()["rig"], **client.status()}
+                hello = client.hello()
+                # get: a daemon of before does not tell what is not proved
+                of_rig = {"rig": hello["rig"], "not_proved": hello.get("not_proved", [])}
+                told = {**of_rig, **client.status()}
             click.echo(json_text(told) if as_json else "\n".join(lines(told)))
 
         flag = click.option("--json", "as_json", is_flag=True, help="the state as one JSON object")
@@ -137,6 +140,7 @@ def lines(told: dict[str, Any]) -> list[str]:
     # the first cause stands above already
     out += [f"  present: {fault['name']}: {fault['text']}" for fault in told["faults"] if fault != first]
     out += [f"  warning: {warning['text']}" for warning in told["warnings"]]
+    out += [f"  not proved (rtctl check): {row}" for row in told.get("not_proved", ())]
     out += ["  without real-time rights (rtctl doctor)"] if told["waiver"] else []
     for axis, position, velocity in zip(
         told["axes"], told["position_rad"], told["velocity_rad_s"], strict=True

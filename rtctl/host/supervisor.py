@@ -20,6 +20,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
+from rtctl.check.verdict import Outcome, named
 from rtctl.errors import FaultError, LoopDiedError, RtctlError, TerminatedError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
@@ -159,7 +160,12 @@ class Host:
         return self
 
     def _check(self) -> None:
-        stability_report.examine(self.loaded, telling=False).require()
+        report = stability_report.examine(self.loaded, telling=False)
+        report.require()
+        self._not_proved = tuple(named(report.verdicts, Outcome.NOT_PROVED))
+        if self._not_proved:
+            rows = "; ".join(self._not_proved)
+            self.announce(f"warning: not proved (rtctl check says what that means): {rows}")
 
     def _start(self, waiting: WaitingLoop) -> None:
         # before the loop drives a rig: a signal must not end this process without ending the loop
@@ -217,7 +223,7 @@ class Host:
         plan, endpoints = self.plan, self.runtime.endpoints
         self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
-        rig = describe_run(self.loaded, plan.params)
+        rig = describe_run(self.loaded, plan.params, self._not_proved)
         self._batch_s = rig.batch_s
         self.words = DeviceWords(rig)
         tables = [axis.friction.drift for axis in self.loaded.config.axis]

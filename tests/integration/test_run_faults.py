@@ -67,6 +67,7 @@ def test_a_sensor_that_is_bad_from_the_first_tick_on_is_said_and_is_why_the_rig_
             ):
                 rig.arm()
             assert rig.hello()["axes"][0]["coupling"]["stiffness_nm_rad"] > 0
+            assert rig.hello()["not_proved"] == ["joint: help in the hand that moves the joint"]
         process.send_signal(signal.SIGTERM)
         code, summary, stderr = finish(process)
     finally:

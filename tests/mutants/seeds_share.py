@@ -1,4 +1,5 @@
-"""Damping of an elastic joint that is shared out twice, or not where it has to be (0175)."""
+"""Damping of an elastic joint that is shared out twice, or not where it has to be, and what is not proved and
+not said (0175)."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ from seed import Seed
 
 TOLD = ("tests/unit/test_damping_is_told_whole.py",)
 ROLL_OFF = ("tests/unit/friction/test_roll_off.py",)
+CHECK = ("tests/unit/cli/test_check.py::test_a_passing_file_prints_ok_and_exits_0",)
 
 SEEDS = (
     Seed(
@@ -49,5 +51,19 @@ SEEDS = (
         "of_joint = joint.dry_share, taken_damping(axis.viscous_nms_rad, joint)",
         "of_joint = joint.dry_share, 0.0",
         ROLL_OFF,
+    ),
+    Seed(
+        "a check calls the coupling passive with whatever a row of it does not prove",
+        "rtctl/cli/check.py",
+        '", but for what is not proved" if unproved',
+        '", but for what is not proved" if odd',
+        CHECK,
+    ),
+    Seed(
+        "an arm does not say what is not proved",
+        "rtctl/cli/operate.py",
+        'told.get("not_proved", ())',
+        'told.get("unproved", ())',
+        ("tests/unit/host/test_requests.py",),
     ),
 )

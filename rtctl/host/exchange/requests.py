@@ -149,16 +149,8 @@ class Requests:
             "rate_hz": rig.rate_hz,
             "state_hz": rig.state_hz,
             "virtual_clock": rig.virtual,
-            "axes": [
-                {
-                    "name": axis.name,
-                    "motion": axis.motion,
-                    "displays": list(axis.displays),
-                    "bounds": {k: list(v) for k, v in axis.bounds.items()},
-                    "coupling": None if axis.coupling is None else dict(axis.coupling),
-                }
-                for axis in rig.axes
-            ],
+            "axes": [axis.told() for axis in rig.axes],
+            "not_proved": list(rig.not_proved),
             "endpoints": asdict(self._remote if caller.user_id.startswith("key:") else self._endpoints),
             "config_sha256": rig.config_sha256,
             "schema_sha256": schema_sha256(rig.n_axes, rig.motions),

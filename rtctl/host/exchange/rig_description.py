@@ -6,6 +6,7 @@ import secrets
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +61,16 @@ class AxisDescription:
     displays: tuple[str, ...] = ("impedance",)
     motion: str = "rotary"
 
+    def told(self) -> dict[str, Any]:
+        """The axis as `hello` tells it."""
+        return {
+            "name": self.name,
+            "motion": self.motion,
+            "displays": list(self.displays),
+            "bounds": {key: list(pair) for key, pair in self.bounds.items()},
+            "coupling": None if self.coupling is None else dict(self.coupling),
+        }
+
 
 @dataclass(frozen=True)
 class DeviceDescription:
@@ -85,6 +96,8 @@ class RigDescription:
         step of the wall clock never makes time stamps jump.
     devices
         In the order of the rig file.
+    not_proved
+        Rows of `rtctl check` that are not proved, as "axis: row".
     params
         The law's parameters, shape (1,), by which a fault is laid at an axis; None: they are not known."""
 
@@ -100,6 +113,7 @@ class RigDescription:
     session: int = SESSION
     start_wall_ns: int = NOT_TAKEN
     devices: tuple[DeviceDescription, ...] = ()
+    not_proved: tuple[str, ...] = ()
     params: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -150,14 +164,16 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
     )
 
 
-def describe_run(loaded: LoadedConfig, params: np.ndarray) -> RigDescription:
+def describe_run(
+    loaded: LoadedConfig, params: np.ndarray, not_proved: tuple[str, ...] = ()
+) -> RigDescription:
     """The description of a rig that is about to run, with all that tells where a fault comes from.
 
-    `params` are the law's, shape (1,)."""
+    `params` are the law's, shape (1,); `not_proved` rows of its check."""
     devices = tuple(
         DeviceDescription(member.label, member.axes, member.channels) for member in loaded.members()
     )
-    return replace(describe(loaded), devices=devices, params=params)
+    return replace(describe(loaded), devices=devices, params=params, not_proved=not_proved)
 
 
 def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | None:

@@ -276,6 +276,7 @@ def test_status_tells_what_the_pulse_and_motion_showed_of_the_torque(desk):
     desk.row["running_gain"], desk.row["running_offset_nm"] = [0.7, np.nan], [-0.1, np.nan]
     told["axes"] = desk.ask("status")["axes"]
     assert "    running: current 0.7 of what is sent, -0.1 N m off" in lines(told)
+    assert "  not proved (rtctl check): tip: row" in lines(told | {"not_proved": ["tip: row"]})
 
 
 def test_results_hold_plain_python_values_only(desk):
