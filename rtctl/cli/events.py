@@ -96,7 +96,7 @@ def _text(event: dict[str, Any]) -> str:
         case "started":
             return (
                 f"rtctl {event['version']} started, process {event['pid']}, config "
-                f"{event['config_sha256'][:12]}"
+                f"{event['config_sha256'][:12]}{_cut_off(event)}"
             )
         case "ended":
             return f"ended{': ' if event['cause'] else ''}{event['cause']}"
@@ -104,6 +104,13 @@ def _text(event: dict[str, Any]) -> str:
             return f"{event['lost']} events could not be written here"
         case _:
             return f"{line_of(event) or kind}{_left_out(event)}"
+
+
+def _cut_off(event: dict[str, Any]) -> str:
+    from rtctl.wire.event_words import cut_off_line
+
+    last_s = event.get("cut_off")  # older logs do not tell
+    return "" if last_s is None else f"; {cut_off_line(last_s)}"
 
 
 def _left_out(event: dict[str, Any]) -> str:

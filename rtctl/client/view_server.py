@@ -28,8 +28,7 @@ from rtctl.client.view_world import World, offered
 from rtctl.errors import RefusedError, RtctlError
 from rtctl.wire.event_words import line_of
 
-# each has a thread, which wakes twenty times a second (MESSAGE_S)
-MOST_STREAMS = 8
+MOST_STREAMS = 8  # each has a thread, which wakes twenty times a second (MESSAGE_S)
 MOST_RECORDINGS = 4
 MOST_SIGNALS = 16
 MOST_BODY = 4096

@@ -6,6 +6,7 @@ and the newest incidents that it refused are written once it has room."""
 
 from __future__ import annotations
 
+import math
 import os
 import queue
 import threading
@@ -26,7 +27,7 @@ from rtctl.host.exchange.late_watch import LateWatch
 from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.host.exchange.timing_watch import EVENT, timing_of
 from rtctl.host.repeated_events import ChatterFilter
-from rtctl.recording.event_log import Event, EventLog
+from rtctl.recording.event_log import Event, EventLog, last_event
 from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
 from rtctl.rig_file import measured_timing as timing
 
@@ -94,7 +95,13 @@ class FlightRecorder:
         self._unwritten: deque[Incident] = deque()
         self._retry_at_s = 0.0
         self.state_broken: dict[str, str | None] = dict.fromkeys((*STATE, TIMING))
-        self._put([self._event("started", pid=os.getpid(), **self._about)])
+        before = last_event(folder)
+        self.cut_off: float | None = None
+        """When the last event of the run before happened, s since 1970, if that run told no end."""
+        if before is not None and before.get("event") != "ended":
+            last_s = before.get("timestamp")
+            self.cut_off = float(last_s) if isinstance(last_s, int | float) else math.nan
+        self._put([self._event("started", pid=os.getpid(), cut_off=self.cut_off, **self._about)])
         # daemon: a write that hangs in the kernel must not keep the process
         self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
         # after the first event was put: the log begins with `started` whatever comes at once

@@ -259,6 +259,7 @@ class Host:
         view."""
         from rtctl.host.view_process import ViewProcess
         from rtctl.recording.setup import setup_of
+        from rtctl.wire.event_words import cut_off_line
 
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
         # not earlier: the loop says what it imported once its devices are open
@@ -271,6 +272,8 @@ class Host:
         self.telemetry.set_realtime(self.loop.grants)
         self.telemetry.early = Look(self.memory.early_ns).told
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
+        if (cut_off := self.record.flight.cut_off) is not None:
+            self.announce(f"{cut_off_line(cut_off)}: rtctl events {rig.name}")
         self.view = ViewProcess.of(self.loaded, self.runtime, self.loop.core)
         # last: what this process and the loop import late they have imported by now
         require_one_version()

@@ -28,6 +28,9 @@ KEPT_FILES = 4
 MOST_BYTES = 16 * MAX_BYTES
 """Largest file that is read: a batch of events is written whole, whatever its size."""
 
+TAIL_BYTES = 1 << 16
+"""As much is read to find the last event."""
+
 # a look costs two `stat`; sooner than that nobody reads
 FOLLOW_S = 0.2
 
@@ -151,6 +154,17 @@ def read_events(folder: Path, last: int | None = None) -> tuple[list[Event], int
     torn = sum(bad for _, bad in read)
     # not [-last:]: of the last 0 that would be all
     return (events if last is None else events[max(0, len(events) - last) :]), torn
+
+
+def last_event(folder: Path) -> Event | None:
+    """The newest event of the current file; None where there is none that can be read."""
+    try:
+        with (folder / CURRENT).open("rb") as file:
+            file.seek(max(0, os.fstat(file.fileno()).st_size - TAIL_BYTES))
+            events, _ = _parse(file.read(TAIL_BYTES).split(b"\n"))
+    except OSError:
+        return None
+    return events[-1] if events else None
 
 
 def _parse(lines: Iterable[bytes]) -> tuple[list[Event], int]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
+from datetime import datetime
 from typing import Any
 
 from rtctl.wire.fault_words import sentence
@@ -27,6 +29,14 @@ def line_of(event: Mapping[str, Any]) -> str:
         # measured, late, started, ended: in the log, and no news to who watches
         case _:
             return ""
+
+
+def cut_off_line(last_s: float) -> str:
+    """That the run before told no end; `last_s` is when its last event happened, s since 1970."""
+    when = "an unknown time"
+    with suppress(ValueError, OverflowError, OSError):  # of a log that somebody edited
+        when = f"{datetime.fromtimestamp(last_s).astimezone():%Y-%m-%d %H:%M:%S}"
+    return f"the run before was cut off (power, a kill or a crash), its last event is of {when}"
 
 
 def device_line(said: Mapping[str, Any]) -> str:

@@ -177,19 +177,19 @@ SEEDS = (
     Seed(
         "an early Ctrl-C is a traceback",
         "rtctl/__main__.py",
-        "        signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))",
+        "        signal.signal(signal.SIGINT, _end)",
         "        pass",
         (
-            "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
+            "tests/unit/cli/test_last_words.py::test_a_signal_while_the_program_is_imported_ends_it_with_a_line",
         ),
     ),
     Seed(
         "an early Ctrl-C ends who was told to ignore it",
         "rtctl/__main__.py",
-        "    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else",
-        "    if True:  # else",
+        "    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:",
+        "    if True:",
         (
-            "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
+            "tests/unit/cli/test_last_words.py::test_a_signal_while_the_program_is_imported_ends_it_with_a_line",
         ),
     ),
     Seed(

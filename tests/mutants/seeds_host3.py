@@ -39,10 +39,10 @@ SEEDS = (
     Seed(
         "Ctrl-C while the program is imported ends it by the signal",
         "rtctl/__main__.py",
-        "lambda *_: os._exit(128 + signal.SIGINT)",
-        "signal.SIG_DFL",
+        "        os._exit(128 + number)",
+        "        signal.signal(number, signal.SIG_DFL), os.kill(os.getpid(), number)",
         (
-            "tests/unit/cli/test_last_words.py::test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word",
+            "tests/unit/cli/test_last_words.py::test_a_signal_while_the_program_is_imported_ends_it_with_a_line",
         ),
     ),
     Seed(

@@ -74,6 +74,16 @@ SEEDS = (
         ),
     ),
     Seed(
+        "a run that was cut off is forgotten",
+        "rtctl/host/flight_recorder.py",
+        'if before is not None and before.get("event") != "ended":',
+        'if before is not None and before.get("event") == "log_gap":',
+        (
+            "tests/unit/host/test_flight_recorder.py::"
+            "test_a_run_that_told_no_end_is_told_by_the_next_one_alone",
+        ),
+    ),
+    Seed(
         "a page without descriptors asks for the connection that waits as fast as it can",
         "rtctl/client/view_server.py",
         "            time.sleep(MESSAGE_S)\n            raise",

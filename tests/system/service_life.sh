@@ -83,6 +83,7 @@ fi
 restarts=$(show NRestarts); kill -STOP "$(show MainPID)"
 wait_for NRestarts $((restarts + 1)) 300; wait_for ActiveState active
 fact "a host that stands still is killed by the watchdog, and the service comes back" soon journal 'Watchdog timeout'
+fact "the journal says that the run before was cut off" soon journal 'the run before was cut off'
 systemctl reset-failed "$unit"
 
 if [ "$slow" = 1 ]; then

@@ -1,4 +1,5 @@
 import errno
+import math
 import threading
 from pathlib import Path
 
@@ -6,6 +7,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
+from rtctl.cli.events import line
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
 from rtctl.host import flight_recorder
@@ -173,6 +175,28 @@ def test_a_fault_that_flickers_is_counted_instead_of_filling_the_log(tmp_path):
     assert listed + sum(e.get("suppressed", 0) for e in told) == changes
     assert any(e.get("name") == "STALE" and e["event"] == "fault" for e in events)
     assert any(e.get("to") == "FAULT" for e in events)
+
+
+@pytest.mark.parametrize("torn", [b"", b'{"event":"sta'], ids=["whole", "torn"])
+def test_a_run_that_told_no_end_is_told_by_the_next_one_alone(tmp_path, torn):
+    first = FlightRecorder(tmp_path, RIG)
+    first.observe(rows(0, 300))
+    until(lambda: first.status()["written"] == 2)
+    first._log.close()  # as a kill does, or the power: no `ended`
+    with (tmp_path / event_log.CURRENT).open("ab") as file:
+        file.write(torn)
+    found = []
+    for _ in range(2):
+        recorder = FlightRecorder(tmp_path, RIG)
+        recorder.close()
+        found.append(recorder.cut_off)
+    assert found == [pytest.approx(1e9), None]
+    started = [event for event in read_events(tmp_path)[0] if event["event"] == "started"]
+    assert [event["cut_off"] for event in started] == [None, *found]
+    assert "cut off (power, a kill or a crash), its last event is of 20" in line(started[1])
+    assert "cut off" not in line(started[2])
+    assert "of an unknown time" in line({**started[1], "cut_off": math.nan})
+    first.close()
 
 
 def test_a_number_that_is_none_does_not_end_the_log(tmp_path):
