@@ -33,7 +33,7 @@ ECHOES_S = np.arange(0.004, 0.1501, 0.004)
 ECHO_LEAST, ECHO_ROUNDS = 0.08, 6
 """Least share of an echo that is told, and times that the torque that acted is made anew with it."""
 
-ECHO_BETTER = 0.75
+ECHO_BETTER = 0.5
 """Share of what one delay leaves over, RMS, from which down an echo is told in its place."""
 
 

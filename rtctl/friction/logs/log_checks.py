@@ -65,10 +65,15 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     held = held_still(balance)
     # a cause with a name explains what is left over; the bound is for causes that have none (decision 0044)
     step_rad = max(step_of(one) for stretches in logs for one in stretches)
-    found = diagnosed(balance, (*noted, *held)) or (
-        *(one for one in left_over.told(balance, step_rad) if not (coarse and OF_POSITION in one)),
-        # a curve through the values of a slower device is smooth, and that is told
-        *(() if any("it is of a slower" in note for note in noted) else smoothed(balance, logs)),
+    causes = diagnosed(balance, (*noted, *held))
+    # a curve through the values of a slower device is smooth, and that is told; a position whose noise or
+    # steps make the inertia short is told as that, and nobody smoothed it
+    known = bool(coarse) or any("it is of a slower" in note for note in noted)
+    left = () if causes else left_over.told(balance, step_rad)
+    found = (
+        *causes,
+        *(one for one in left if not (coarse and OF_POSITION in one)),
+        *(() if known else smoothed(balance, logs, beside=bool(causes))),
     )
     # two torques may each bend by itself, and their sum tells neither
     shape = (*not_proportional(signals), *of_two_gains(signals)) if balance.external is None else ()

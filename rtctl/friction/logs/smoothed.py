@@ -12,31 +12,38 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.friction.logs.balance import Balance, Fit
-from rtctl.friction.logs.balance_faults import LEFT_LEAST, TOLD_CHANGE, TOLD_RATIO, changed
+from rtctl.friction.logs.balance_faults import TOLD_CHANGE, TOLD_RATIO, changed
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.row_noise import row_noise
 
 MEANS_S = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6)
 """Lengths of a mean that are tried."""
 
-INERTIA_LEAST = 0.75
+INERTIA_LEAST = 0.45
 """Least share of an inertia that is left when a smoothed position is reckoned with: on a motion that hardly
 tells it, any smoothing explains it away."""
 
+LEFT_OF_SMOOTHED, BESIDE = 0.01, 0.5
+"""Share of the torque left over from which on it is looked at; share of that, RMS, from which down it is told
+beside another cause."""
 
-def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]]) -> tuple[str, ...]:
+
+def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]], *, beside: bool = False) -> tuple[str, ...]:
     """The warning that torque or position looks smoothed: by the mean that leaves least over, where that is
-    far less and changes a parameter, as of any cause in a balance, and not by the noise of the rows of
-    `logs` alone."""
+    far less and changes a parameter, as of any cause in a balance (by more where another one was found
+    `beside`), and not by the noise of the rows of `logs` alone."""
     signals, rows, plain = balance.signals, balance.signals.sliding, balance.fit()
-    if plain.rest <= LEFT_LEAST * balance.spread:
+    if plain.rest <= LEFT_OF_SMOOTHED * balance.spread:
         return ()
     # all rows, sliding or not: a mean reaches over turns as it did in whatever program took it
     motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
     found = []
     for mean_s in MEANS_S:
         of_torque = balance.fit(motion=_mean(motion, signals.log, balance, mean_s)[rows])
-        of_position = balance.fit(torque=_mean(signals.torque_nm, signals.log, balance, mean_s)[rows])
+        # the recorded motion is a mean already, and its sign is not: friction turns over as slowly as that
+        means = _mean(np.column_stack([signals.torque_nm, signals.direction]), signals.log, balance, mean_s)
+        turned = np.column_stack([balance.acceleration, balance.velocity, means[rows, 1]])
+        of_position = balance.fit(torque=means[rows, 0], motion=turned)
         found.append((of_torque.rest, mean_s, "torque", "position", of_torque))
         # the other way round: a torque smoothed as the position was has its quick part taken off, and the
         # inertia with it
@@ -44,7 +51,8 @@ def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]]) -> tuple[str, 
             found.append((of_position.rest, mean_s, "position", "torque", of_position))
     rest, mean_s, of, other, best = min(found, key=lambda each: each[0])
     sound = best.inertia > 0 and best.coulomb > 0
-    if not (sound and rest <= TOLD_RATIO * plain.rest and changed(balance, plain, best) >= TOLD_CHANGE):
+    most = BESIDE if beside else TOLD_RATIO
+    if not (sound and rest <= most * plain.rest and changed(balance, plain, best) >= TOLD_CHANGE):
         return ()
     if _of_noise(balance, logs, best, of, mean_s):
         return ()

@@ -106,6 +106,31 @@ def test_a_column_that_was_smoothed_both_ways_is_told(column, seconds, tmp_path)
     assert any(f"the {column} looks smoothed both ways" in text for text in found["warnings"])
 
 
+def test_a_smoothed_position_turns_its_friction_over_as_slowly(tmp_path):
+    """With the sign of the motion as it is the cause explained too little of this chirp, and another one was
+    told."""
+    loop = drawn(3004)
+    log = written(loop)
+    rows = round(0.2 * loop.log_hz) | 1
+    spoilt = replace(log, position=uniform_filter1d(log.position, rows, mode="nearest"))
+    _, off, found, _ = identified(loop, tmp_path, log=spoilt)
+    assert off["inertia_kgm2"] > 0.2
+    assert any("the position looks smoothed both ways" in text for text in found["warnings"])
+
+
+@pytest.mark.parametrize("later_s", [0.0, 0.06])
+def test_an_echo_of_the_torque_is_told_and_a_late_torque_is_none(later_s, tmp_path):
+    log = written(SINES)
+    step = float(np.median(np.diff(log.time)))
+    rows = round((later_s or 0.02) / step)
+    before = np.concatenate([np.full(rows, log.torque[0]), log.torque[:-rows]])
+    torque = log.torque + 0.4 * before if later_s else before
+    code, _, found, error = identified(SINES, tmp_path, log=replace(log, torque=torque))
+    said = " ".join([*found.get("warnings", ()), error])
+    assert ("came once more" in said) == bool(later_s), said
+    assert later_s or "the drive's echo of a command" in said
+
+
 @pytest.mark.parametrize(
     ("loop", "column", "share"),
     [(SINES, "torque", 0.6), (SINES, "position", 5e-3), (CARRIAGE, "position", 2e-3)],
