@@ -17,6 +17,13 @@ SEEDS = (
         QUIET,
     ),
     Seed(
+        "the servo of identification does not hear of a resonance that is named",
+        "rtctl/check/speed_servo.py",
+        "    named = joint",
+        "    named = False and joint",
+        QUIET,
+    ),
+    Seed(
         "a drive's current that overshoots is later than its lag",
         "rtctl/control/proofs/drive_in_hand.py",
         "    omega = 2 * zeta * lag_1_s\n",
