@@ -1,5 +1,5 @@
-"""Rows of `rtctl check` on current loops that overshoot, on gears with play (decision 0168), and on samples that
-were measured in ticks."""
+"""Rows of `rtctl check` on current loops that overshoot, on gears with play (decision 0168), and on samples
+that were measured in ticks."""
 
 import pytest
 from checked_rig import edited, learned, rows_of, writer
