@@ -8,10 +8,13 @@ from itertools import product
 
 import numpy as np
 
+from hw.interface import Joint
 from rtctl.check.devices_of_axis import joint_of_axis, link_damping
 from rtctl.check.drive_of_axis import joints_of
 from rtctl.check.lateness import of_axis
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, points, spectral_radii
+from rtctl.control.proofs.drive_in_hand import ElasticJoint, resonance
+from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 
 GAIN_MARGIN = 1.5
@@ -37,10 +40,19 @@ def slowed_until_quiet(loaded: LoadedConfig, axis: int, gains: Gains) -> float |
     return next((factor for factor in tried if _quiet(loaded, axis, *gains(factor))), None)
 
 
+def _joints(table: AxisTable, joint: Joint, period_s: float) -> tuple[ElasticJoint, ...]:
+    """Those of the proofs, and where the rig file names the lowest resonance and no device knows better, that
+    one: a rig that nothing else calls elastic rings there all the same."""
+    found, hz = joints_of(joint, table.inertia_kgm2), table.drive.resonance_hz
+    # from half of the rate on it is nothing that a tick sees
+    named = joint.stiffness_nm_rad == 0 and 0 < hz * period_s < 0.5
+    return (*found, resonance(table.inertia_kgm2, hz)) if named else found
+
+
 def _quiet(loaded: LoadedConfig, axis: int, d: float, k: float, filter_s: float) -> bool:
     """Whether this servo is stable with `GAIN_MARGIN`, however late of what is declared."""
     table, T, joint = loaded.config.axis[axis], loaded.config.period_s, joint_of_axis(loaded, axis)
-    between, joints = of_axis(loaded, axis).between, joints_of(joint, table.inertia_kgm2)
+    between, joints = of_axis(loaded, axis).between, _joints(table, joint, T)
     mass, spring = _FIXED
     at = points([(0.0, 0.0, 0.0, 0.0, one, spring, 0.0) for one in range(len(joints))])
     for share, overshoot in product(LATENESS, {0.0, between.overshoot}):

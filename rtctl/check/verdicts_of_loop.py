@@ -108,6 +108,8 @@ def fresh_samples(s: Subject) -> list[Verdict]:
     if every <= 1:  # fresh in every tick: no row
         return []
     slower_hz = most / (every * s.period_s)  # the rate at which it is old by so much and no more
+    # what was measured in ticks stays as many of them, whatever the rate
+    anew = ", where measured.sample_ticks is to be measured anew" if s.axis.sample_from == "measured" else ""
     return [
         s.row(
             "fresh samples",
@@ -118,7 +120,7 @@ def fresh_samples(s: Subject) -> list[Verdict]:
             every / most,
             f"{s.where}: axis {s.axis.name}: a fresh sample comes every {every} ticks "
             f"({s.axis.sample_from}), and one that is {most} old is STALE: the rig would never arm; "
-            f"loop.rate_hz = {down(slower_hz, 6)} at most, or a quicker device"
+            f"loop.rate_hz = {down(slower_hz, 6)} at most{anew}, or a quicker device"
             if every > most
             else "",
         )

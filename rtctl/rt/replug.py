@@ -145,6 +145,8 @@ class Replug:
         # closed, else its port would be held, by this very process; where that fails opening may still work
         refused = raised_by(self._backend.close)
         error = raised_by(self._backend.open)
+        if error is not None and not isinstance(error, BackendError | OSError):
+            raised_by(self._backend.stop)  # a mistake: nobody knows what it has left, as at the start
         self._opening(False)
         if error is not None:
             self._wait = REOPEN_TICKS

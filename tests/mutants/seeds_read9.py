@@ -6,6 +6,7 @@ from seed import Seed
 
 QUIET = ("tests/unit/identify/test_quiet_servo.py",)
 GUARD = ("tests/unit/identify/test_travel_guard.py",)
+REPLUG = ("tests/unit/rt/test_replug.py",)
 LOOP = ("tests/unit/control/test_overshooting_loop.py",)
 
 SEEDS = (
@@ -14,6 +15,13 @@ SEEDS = (
         "rtctl/check/speed_servo.py",
         "            overshoot=overshoot,\n",
         "",
+        QUIET,
+    ),
+    Seed(
+        "the servo of identification does not hear of a resonance that is named",
+        "rtctl/check/speed_servo.py",
+        "    named = joint",
+        "    named = False and joint",
         QUIET,
     ),
     Seed(
@@ -36,6 +44,13 @@ SEEDS = (
         "    late_s = rig.late_s + 0.5 * d * slow / rig.torque_rate_nm_s\n",
         "    late_s = rig.late_s\n",
         GUARD,
+    ),
+    Seed(
+        "a device whose code fails as it is opened again is left as it was",
+        "rtctl/rt/replug.py",
+        "            raised_by(self._backend.stop)  # a mistake",
+        "            pass  # a mistake",
+        REPLUG,
     ),
     Seed(
         "the way of an answer does not begin at the next fresh sample",

@@ -4,7 +4,11 @@ Pure functions of numbers, at the start of a run; symbols as in `stability`.
 
 A first-order lag of tau behind the delay is counted as a delay of tau: that asks at least as much damping
 as the lag does, to within 2 % (over a grid in the tests), and the two are hard to tell apart in what a
-sampled current shows."""
+sampled current shows.
+
+What is covered beyond the declared delay is a delay that stays: that it goes on to vary by the declared
+jitter would ask for up to 1.7 times the damping by the bound of `sampled_loop.varying_peaks`, and stop boards
+with a clock of their own for every tick without a sample (decision 0180)."""
 
 from __future__ import annotations
 

@@ -70,11 +70,8 @@ def locate(fault: Fault, scene: Scene) -> Where:
     if judge is None:
         return NOWHERE
     found = judge(scene)
-    if (
-        found.axis is None
-        and found.channel not in ("force", "moment")
-        and len(scene.row["position_rad"]) == 1
-    ):
+    alone = len(scene.row["position_rad"]) == 1
+    if alone and found.axis is None and found.channel not in ("force", "moment"):
         return Where(0, found.channel, found.detail)
     return found
 
@@ -211,8 +208,10 @@ def _answer(scene: Scene) -> Where:
     offset = np.where(pulse, row["arming_offset_nm"], row["running_offset_nm"])
     most_offset = scene.params["current_offset_nm"]
     off = np.maximum(np.abs(gain - 1.0) / most_gain, np.abs(offset) / most_offset)
-    if np.all(pulse) and np.all(off <= 1.0):  # the tick does not tell of which axis
-        return Where(None, "current", "the test pulse's steps are exceeded (drive.current_overshoot)")
+    (seen,) = np.nonzero(np.isfinite(gain))
+    if len(seen) and np.all(pulse[seen] & (off[seen] <= 1.0)):  # of several the tick does not tell of which
+        axis = int(seen[0]) if len(seen) == 1 else None
+        return Where(axis, "current", "the test pulse's steps are exceeded (drive.current_overshoot)")
     return _worst(
         np.where(np.isfinite(gain), off, 0.0),
         "current",

@@ -1,4 +1,5 @@
-"""Rows of `rtctl check` on current loops that overshoot and on gears with play (decision 0168)."""
+"""Rows of `rtctl check` on current loops that overshoot, on gears with play (decision 0168), and on samples
+that were measured in ticks."""
 
 import pytest
 from checked_rig import edited, learned, rows_of, writer
@@ -63,3 +64,11 @@ def test_what_the_damper_of_a_joint_proves_a_gear_with_play_does_not_have(rig):
     rows = [rows_of(drive(rig(k_c=k_c), *elastic))["elastic joint"] for k_c in (19.0, 25.0)]
     assert [row.outcome for row in rows] == [Outcome.PASS, Outcome.NOT_PROVED]
     assert "play of a gear that is 0.02" in rows[1].meaning
+
+
+def test_samples_measured_in_ticks_are_as_many_at_another_rate(rig):
+    slow = ("[axis.environment]", "[axis.measured]\nsample_ticks = 4\n[axis.environment]")
+    assert (
+        "750 at most, where measured.sample_ticks is to be measured anew"
+        in rows_of(edited(rig(), slow))["fresh samples"].refusal
+    )

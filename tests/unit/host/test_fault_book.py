@@ -129,6 +129,14 @@ def test_a_tick_that_is_newer_than_those_followed_has_its_place_already():
     assert book.entries(Fault.BAD_SAMPLE)[0]["channel"] == "position", "what is followed has the last word"
 
 
+@pytest.mark.parametrize(("gain", "axis"), [([1.0, 1.1], None), ([math.nan, 1.0], "tip")])
+def test_a_test_pulse_whose_steps_are_exceeded_is_told_of_an_axis_without_current_beside_it(gain, axis):
+    offset = [0.01 if math.isfinite(one) else math.nan for one in gain]
+    entry = place(Fault.CURRENT, rows(arming_gain=gain, arming_offset_nm=offset))
+    assert (entry["axis"], entry["channel"]) == (axis, "current")
+    assert "current_overshoot" in entry["detail"]
+
+
 def test_where_no_axis_is_beyond_its_limit_none_is_named():
     assert place(Fault.OVERSPEED, rows(velocity_rad_s=[1.0, 2.0]))["axis"] is None
 

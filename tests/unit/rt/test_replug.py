@@ -103,6 +103,16 @@ def test_it_is_looked_for_now_and_then_and_found(plugged, kind):
     assert said == ["lost: read: unplugged", "not found again: port is gone: plug it in", "found again"]
 
 
+@pytest.mark.parametrize(
+    ("error", "left"), [(TypeError("no"), ["open", "stop"]), (OSError(5, "no"), ["open"])]
+)
+def test_a_mistake_at_opening_again_is_stopped_as_one_at_the_start(plugged, error, left):
+    device, replug, _, tick = plugged
+    device.there, device.absent, device.refusal = False, 1, error
+    cycles(replug, tick, REOPEN_TICKS + 1)
+    assert device.calls == ["stop", "close", *left]
+
+
 @pytest.mark.parametrize("method", ["read", "write"])
 def test_a_mistake_of_the_backend_is_not_caught(plugged, method):
     device, replug, _, tick = plugged
