@@ -6,11 +6,13 @@ without contacts. `--losses .02`: of so little damping. *Grows* is who moves abo
 after the motion, 1.25 times what it did from 2 to 5. Half of them meet a world, the engine's (a wall, a ball)
 or the law's own; a third let go of the handle and grip it again. *Shaken*, *beyond both*, *fed* (by more than
 the joint's masses lose) and *false* are those of `tests/foreign_moved.py`; *loud* is who has more than 2
-mrad/s RMS from 2 to 5 s after the motion, 1.25 times what it has without help and with little friction;
+mrad/s RMS from 2 to 5 s after the motion, 1.25 times what it has without help and with little friction,
+*kept up* so much more than where help ends with the motion;
 *kept fed* who is given more than 1 mJ from then to the end of the minute; *account* how far the law's
 `energy_hand_j` is off the engine's, in shares of what went either way.
 """
 
+# longer than 300 lines: whom it draws, what it asks and what it says are one judge
 import math
 import sys
 import time
@@ -32,7 +34,6 @@ from foreign_rests import FED_J, LITTLE, OWN, QUIET, every_rig, parser_of, rubbi
 from foreign_engine import plants, rig
 from foreign_engine.engines import ROWS
 from foreign_engine.sound import DivergedError
-from foreign_engine.stepped import in_an_arm
 from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Policy
 
@@ -58,8 +59,8 @@ class Case(NamedTuple):
     off_s: float
 
 
-def drawn(seed, folder, moved=None):  # longer than 50 lines: tables of numbers, drawn in one order
-    """A random rig file, certified or None, with its joint, hand and world, which `moved` may change."""
+def drawn(seed, folder):  # longer than 50 lines: tables of numbers, drawn in one order
+    """A random rig file, certified or None, with its joint, hand and world."""
     luck = Luck(seed)
     dry = luck.spread(0.02, 1.0)
     inertia, viscous = dry / luck.spread(8, 60), dry / luck.spread(3, 25)
@@ -103,7 +104,6 @@ def drawn(seed, folder, moved=None):  # longer than 50 lines: tables of numbers,
     parts = (
         made, hand, plants.World("" if " " in world else world, at, luck.spread(0.002, 0.02)), device,
     )  # fmt: skip
-    parts = moved(parts) if moved else parts
     drive = {"current_loop_hz": lag_hz, **({"resonance_hz": hz} if hz and luck.one(0, 1) else {})}
     says = {
         "inertia_kgm2": inertia, "viscous_nms_rad": viscous, "gear_ratio": 1.0, "gear_efficiency": 1.0,
@@ -132,8 +132,27 @@ def drawn(seed, folder, moved=None):  # longer than 50 lines: tables of numbers,
     if loaded is not None:
         stiffness = loaded.config.axis[0].coupling.stiffness_nm_rad * luck.spread(0.2, 30)
     off_s = luck.one(0.0, 0.0, luck.within(3.5, 5.0))
-    kind = "nerves" if parts[1].reflex else parts[1].kind
+    kind = "nerves" if hand.reflex else kind
     return Case(loaded, a, kind, fastest, 1.0, parts, world, stiffness, off_s)
+
+
+def in_an_arm(seed, folder, losses, declared, **engine):
+    """The same joint for an engine without contacts, in an arm: with a share of its `losses` only (no nerves
+    then, and it holds on), with all friction at the motor if it is where the file says (`declared`)."""
+    case = drawn(seed, folder)
+    joint, hand, world, device = case.parts
+    hand = hand._replace(
+        kind="arm", leans=0.0, damper=losses * hand.damper, grip_damping=losses * hand.grip_damping
+    )
+    if losses < 1:
+        hand, case = hand._replace(reflex=0.0), case._replace(off_s=0.0)
+    if declared:
+        dry, viscous = joint.dry + joint.link_dry, joint.viscous + joint.link_viscous
+        joint = joint._replace(dry=dry, viscous=viscous, link_dry=0.0, link_viscous=0.0)
+    world = world._replace(kind="wall" if world.kind == "wall" else "")
+    parts = joint, hand, world, device._replace(**engine)
+    kind, met = "nerves" if hand.reflex else "arm", "" if case.world == "ball" else case.world
+    return case._replace(parts=parts, kind=kind, world=met)
 
 
 @compiled
@@ -194,11 +213,14 @@ class Rest(NamedTuple):
     grows: bool
 
 
-def rest(case, a, seed, policy=None):
+def rest(case, a, seed, policy=None, then=None):
+    """Armed, moved, held with help by the policy `then`; None if it was not armed in time."""
     one = Rig(case, case.loaded, a, seed, policy)
     if not one.arm():
         return None
     one.run(float(a["to_s"][0]) - one.time_s)
+    if then is not None:
+        one.follow(then)
     second = round(1 / one.period_s)
     out = one.run(12.0)
     while len(out) < 60 * second and out[2 * second :, 3].sum() > 1e-3 * FED_J:
@@ -212,13 +234,13 @@ def rest(case, a, seed, policy=None):
 
 
 def asked_of(motion, case, seed):
-    """(as `foreign_moved` judges it, rest with help, without, whether it is loud, kept fed)."""
+    """(as `foreign_moved` judges it, rest with help, without, whether it is loud, kept fed, kept up)."""
     moved = judged(case, seed, 1.0, partial(Rig, case)) if motion else None
     helped = rest(case, case.axis, seed)
     if helped is None:
         return None
     if helped.speed <= QUIET and helped.fed_j <= FED_J and helped.fault < 0 and not helped.grows:
-        return moved, helped, helped, False, False
+        return moved, helped, helped, False, False, False
     plain = rest(case, case.axis, seed, Policy.OFF)
     loud = not helped.speed <= max(QUIET, OWN * plain.speed)
     fed = not helped.fed_j <= max(FED_J, OWN * plain.fed_j)
@@ -226,7 +248,8 @@ def asked_of(motion, case, seed):
         others = [rest(case, rubbing(case.axis, share), seed, Policy.OFF) for share in LITTLE]
         loud = loud and not helped.speed <= OWN * max(one.speed for one in others)
         fed = fed and not helped.fed_j <= OWN * max(one.fed_j for one in others)
-    return moved, helped, plain, loud, fed
+    ended = rest(case, case.axis, seed, then=Policy.OFF) if loud else helped
+    return moved, helped, plain, loud, fed, loud and not helped.speed <= OWN * ended.speed
 
 
 def asked_or_refused(motion, case, seed):
@@ -246,10 +269,11 @@ def told(helped, plain):
 
 
 def resting(name, of):
-    _, _, rests, plain, loud, fed = zip(*of, strict=True)
+    _, _, rests, plain, loud, fed, kept = zip(*of, strict=True)
     click.echo(
         f"{name}: {len(of)} at rest: above {1e3 * QUIET:g} mrad/s {sum(one.speed > QUIET for one in rests)} "
-        f"(of them {sum(one.speed > QUIET for one in plain)} without help), loud {sum(loud)}, grows "
+        f"(of them {sum(one.speed > QUIET for one in plain)} without help), loud {sum(loud)} ("
+        f"kept up {sum(kept)}), grows "
         f"{sum(one.grows for one in rests)} ({sum(one.grows for one in plain)} without help), kept fed "
         f"{sum(fed)}, {1e3 * max(one.fed_j for one in rests):.3g} mJ at most; account off by "
         f"{np.median([one.account for one in rests]):.2g}, {max(one.account for one in rests):.2g} at most; "
@@ -264,22 +288,26 @@ def main():
     parser.add_argument("--engine", choices=ROWS, default="mujoco")
     parser.add_argument("--step", type=float, default=1e-4, help="of an engine that Python calls, s")
     parser.add_argument("--losses", type=float, default=1.0, help="share that the hand has of its own")
-    asked, moved = parser.parse_args(), None
+    parser.add_argument("--declared", action="store_true", help="friction is where the file says")
+    asked, draw = parser.parse_args(), drawn
     if asked.engine != "mujoco":
-        moved = partial(in_an_arm, engine=asked.engine, step_s=asked.step, losses=asked.losses)
+        draw = partial(
+            in_an_arm, losses=asked.losses, declared=asked.declared, engine=asked.engine, step_s=asked.step
+        )
     end_s, ask = time.monotonic() + 60 * asked.minutes, partial(asked_or_refused, asked.motion)
-    for seed, case, verdict in every_rig(asked, partial(drawn, moved=moved), ask):
+    for seed, case, verdict in every_rig(asked, draw, ask):
         if isinstance(verdict, DivergedError):
             click.echo(f"seed {seed}: not judged: {verdict}")
             continue
-        moved, helped, plain, loud, fed = verdict
-        found.append((case, moved, helped, plain, loud, fed))
+        moved, helped, plain, loud, fed, kept = verdict
+        found.append((case, *verdict))
         if moved:
             again = ", grips again" if case.off_s else ""
             say(seed, case, moved, f" in {case.world or 'free motion'}{again}")
         if loud or fed or helped.grows or (helped.fault >= 0) != (plain.fault >= 0):
             click.echo(
                 f"seed {seed}: rest: {case.kind}, {policy_of(case)}, {case.world}: {told(helped, plain)}"
+                f"{', kept up by the help' * kept}"
             )
         if time.monotonic() > end_s:
             break

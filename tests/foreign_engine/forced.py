@@ -31,10 +31,10 @@ def sine(time_s):
     return 0.3 * np.sin(np.pi * np.clip(time_s - FROM_S, 0.0, MOVED_S))
 
 
-def held(joint, hand, length, device, folder, policy=None):
+def held(loaded, joint, hand, length, device, policy=None):
     """(rad/s RMS until the fault or the end, and from 2 s on; the end, s after the motion; the fault)."""
     made = plants.Hand("arm", 0.002, *hand, 500.0, 0.3)
-    one = rig.Rig(loaded_for(joint, "hybrid", folder), joint, made, plants.World(), device, 21, policy)
+    one = rig.Rig(loaded, joint, made, plants.World(), device, 21, policy)
     forced = AS_IN_THE_FIRST_RELEASES | {"presliding_rad": length}
     for name, value in forced.items():
         if policy is None:
@@ -57,6 +57,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--engine", choices=ROWS, default="mujoco")
     parser.add_argument("--step", type=float, default=1e-4, help="of the engine, s")
+    parser.add_argument("--factor", type=float, default=1.0, help="of the joint's friction, in the model")
     asked = parser.parse_args()
     device = plants.Device(force_noise=0.005, step_s=asked.step, engine=asked.engine)
     click.echo(
@@ -64,10 +65,12 @@ def main():
     )
     with tempfile.TemporaryDirectory() as folder:
         for name, joint in JOINTS.items():
+            more = joint._replace(dry=asked.factor * joint.dry, link_dry=asked.factor * joint.link_dry)
+            loaded = loaded_for(more, "hybrid", folder)
             for hand, numbers in HANDS.items():
-                plain, _, _ = held(joint, numbers, 0.0, device, folder, Policy.OFF)
+                plain, _, _ = held(loaded, joint, numbers, 0.0, device, Policy.OFF)
                 for length, told in LENGTHS.items():
-                    loud, after_s, fault = held(joint, numbers, told, device, folder)
+                    loud, after_s, fault = held(loaded, joint, numbers, told, device)
                     said = "; ".join(", ".join(f"{1e3 * one:.1f}" for one in of) for of in (loud, plain))
                     click.echo(f"| {name} | {hand} | {length} | {said} | {name_of(fault)} | {after_s:.2f} |")
 

@@ -101,6 +101,9 @@ class Rig(Armed):
 
     def __init__(self, loaded, j, h, w, device, seed=1, policy=None):
         self.plan, self.device, self.hand, self.joint = build(loaded), device, h, j
+        steps = self.plan.period_s / device.step_s
+        if abs(steps - round(steps)) > 1e-6:
+            raise ValueError(f"{steps:g} steps of the engine in a period")
         self.moved = made(j, h, w, device)
         self.law = (
             records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params),
@@ -108,9 +111,7 @@ class Rig(Armed):
         )  # fmt: skip
         p = self.law[2]
         if policy is not None:
-            p["friction_policy"][0, 0] = int(policy)
-            if policy == Policy.OFF:
-                p["friction_gain"][0, 0] = p["observer_gain"][0, 0] = 0.0
+            self.follow(policy)
         self.period_s = self.plan.period_s
         per_ampere = p["gear_ratio"][0, 0] * p["gear_efficiency"][0, 0] * p["torque_constant_nm_a"][0, 0]
         self.told = (
@@ -160,6 +161,13 @@ class Rig(Armed):
         )  # fmt: skip
         m.sound()
         return out
+
+    def follow(self, policy):
+        """Help by this policy from now on."""
+        p = self.law[2]
+        p["friction_policy"][0, 0] = int(policy)
+        if policy == Policy.OFF:
+            p["friction_gain"][0, 0] = p["observer_gain"][0, 0] = 0.0
 
     def hold(self, share):
         """How firmly the handle is held, 0 (let go) to 1."""

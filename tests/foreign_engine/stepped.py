@@ -86,15 +86,3 @@ class Stepped:
 
     def hold(self, share):
         self.held = float(share > 0.5)
-
-
-def in_an_arm(parts, engine, step_s, losses=1.0):
-    """`parts` of a case for such an engine: the hand is an arm, without nerves where it has a share of its
-    `losses` only; a ball is not there."""
-    joint, hand, world, device = parts
-    hand = hand._replace(
-        kind="arm", leans=0.0, damper=losses * hand.damper, grip_damping=losses * hand.grip_damping,
-        reflex=hand.reflex if losses == 1.0 else 0.0,
-    )  # fmt: skip
-    world = world._replace(kind=world.kind if world.kind == "wall" else "")
-    return joint, hand, world, device._replace(engine=engine, step_s=step_s)
