@@ -61,7 +61,7 @@ FEWEST_FOR_OVERSHOOT = 10
 BEYOND = (0.05, 0.12, 0.22, 0.4)
 """Overshoots that are tried beyond what is declared."""
 
-SURELY = 15.0
+SURELY = 17.0
 """So many variances more must be left by the best loop that exceeds its steps by no more than it may."""
 
 UNEVEN = 0.4
@@ -69,7 +69,8 @@ UNEVEN = 0.4
 
 LESS = 0.6
 NEAR = 3.5
-"""Of those a second overshoot is tried, this share of the most; and the lags of the others within this factor."""
+"""Of those a second overshoot is tried, this share of the most; and the lags of the others within this
+factor."""
 
 LAID_OVER = 6.0
 """Variance of three steps laid over one another, weighted 1, -2, 1, in those of a sample."""
@@ -265,10 +266,9 @@ def _at_ringing(
 
 
 @compiled
-def _ringing(
-    s: Record, axis: int, n: int, overshoot: float, latest: int, near: float
-) -> tuple[float, float]:
-    """(squares left, lag) of the best loop that exceeds its steps so far, its lag within NEAR of `near` (0: any)."""
+def _ringing(s: Record, axis: int, n: int, overshoot: float, latest: int, near: float) -> tuple[float, float]:
+    """(squares left, lag) of the best loop that exceeds its steps so far, its lag within NEAR of `near` (0:
+    any)."""
     found = (math.inf, 0.0)
     for i in range(1, LAGS):
         lag = _lag_of(i)
@@ -283,8 +283,8 @@ def _overshoots(s: Record, p: Record, axis: int, n: int, best: float, step: floa
 
     Notes
     -----
-    The ratio of likelihoods of the loops that exceed it by more and of those that do not. The noise is that of
-    the part in which nothing was sent, as what a lag leaves has the overshoot itself in it."""
+    The ratio of likelihoods of the loops that exceed it by more and of those that do not. The noise is that
+    of the part in which nothing was sent, as what a lag leaves has the overshoot itself in it."""
     most, ticks = p.current_overshoot_limit[axis], p.arming_ticks
     if not most > 0.0 or n < FEWEST_FOR_OVERSHOOT:
         return False
