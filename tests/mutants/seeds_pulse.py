@@ -1,4 +1,4 @@
-"""The shape of a current loop: what a file that does not say is proved for, and what many pulses tell of it."""
+"""The shape of a current loop: what a file that does not say is proved for, and what many pulses tell."""
 
 from __future__ import annotations
 
