@@ -19,8 +19,8 @@ SEEDS = (
     Seed(
         "shares that are squared forget that the answer of a ringing loop has both signs",
         "rtctl/control/proofs/sampled_loop.py",
-        "scale, longest = (1 + overshoot) / (1 - overshoot), ",
-        "scale, longest = 1.0, ",
+        "scale, mean = (1 + overshoot) / (1 - overshoot), ",
+        "scale, mean = 1.0, ",
         (f"{LOOP}::test_where_shares_are_squared_an_answer_of_both_signs_counts_by_its_size",),
     ),
     Seed(
