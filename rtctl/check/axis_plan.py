@@ -25,6 +25,9 @@ LIGHTEST_MOTOR = 1 / 16
 """Least share of the inertia of an elastic joint on its motor's side."""
 ARMING_PART_S = 0.02
 """Length of a part of the arming test, if devices answer sooner."""
+MORE_SHARE = 0.25
+"""The test pulse is refused of an overshoot surely beyond the declared one and this share of what that is
+beyond `OVERSHOOT_UNTOLD`: a real loop is not quite of second order."""
 OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 
@@ -68,6 +71,11 @@ def gentle_pulse(
     return travel_rad, min(axis.arming_share * axis.torque_limit_nm, gentle_nm, moved_nm, held_nm)
 
 
+def _overshoot_limit(told: float) -> float:
+    """How far the current may exceed the steps of the test pulse."""
+    return max(told + MORE_SHARE * (told - OVERSHOOT_UNTOLD), OVERSHOOT_UNTOLD)
+
+
 def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
     """Parameters of axis `a` that follow from its tables and joint."""
     # what accounts credit and our own dampers live on: a hand behind a spring takes the rest away
@@ -103,7 +111,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     p["force_limit_n"][a] = axis.force.limit_n
     p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
     p["current_gain_error"][a] = axis.drive.current_gain_error
-    p["current_overshoot_limit"][a] = max(axis.drive.current_overshoot, OVERSHOOT_UNTOLD)
+    p["current_overshoot_limit"][a] = _overshoot_limit(axis.drive.current_overshoot)
     p["current_offset_nm"][a] = axis.drive.current_offset_share * axis.torque_limit_nm
     p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
     p["velocity_window_ticks"][a] = axis.velocity.window

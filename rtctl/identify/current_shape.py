@@ -198,7 +198,7 @@ def told(pulses: Pulses) -> Told:
     unit = max(best.left / spare, 1.0)
     within = [i for i, one in enumerate(fits) if one.left <= best.left + SURE * unit]
     first, last = max(within[0] - 1, 0), min(within[-1] + 1, len(fits) - 1)
-    possible = tuple(fits[i] for i in range(first, last + 1) if first <= i <= last)
+    possible = tuple(fits[i] for i in range(first, last + 1))
     noise = pulses.noise / pulses.step
     beyond = noise * math.sqrt(max(best.left / spare - 1.0, 0.0) / float(np.mean(pulses.counts)))
     low, high = fits[first].overshoot if first < within[0] else 0.0, fits[last].overshoot

@@ -138,7 +138,7 @@ SEEDS = (
         "    if begins:\n        return True\n", "", VELOCITY,
     ),
     Seed(
-        "a lag is no delay", "rtctl/control/current_answer.py",
+        "a lag is no delay", "rtctl/control/current_fit.py",
         "return left, gain, shift + 1.0 - rest + lag", "return left, gain, shift + 1.0 - rest", ANSWER,
     ),
     Seed(

@@ -26,20 +26,27 @@ given no energy if ``b v^2 + h v`` and the sum add up to no less than zero over 
 
 a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it
 covers environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds
-it. A delay that changes from tick to tick is covered as in `varying_peaks`: h* h is never negative, so every
-share of a tick is taken at its largest."""
+it; of a loop of second order, whose mixture has weights of both signs, h is taken at nodes of time
+(`_grams`). A delay that changes from tick to tick is covered as in `varying_peaks`: h* h is never negative,
+so every share of a tick is taken at its largest."""
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 
-from rtctl.control.proofs.sampled_loop import felt
+from rtctl.control.proofs.sampled_loop import felt, longest, step_answer
 
 _ANGLES = 256
 """Points of the sweep. 2048 find .09 % more at most (80 random couplings, 2 to 5 ticks, delays to 15):
 `_ALLOWANCE` is five times that."""
 _ALLOWANCE = 1.005
 """For what may lie between the points of the sweep."""
+_NODES = 8
+_TAIL = 1e-6
+"""Nodes of time in a tick, and the weight of the longest delays of a lag that are left out."""
 
 
 def damping_needed(
@@ -63,6 +70,8 @@ def damping_needed(
     """
     if k_c == 0 and b_c == 0:
         return 0.0
+    if overshoot > 0 and tau > 0 and jitter == 0:
+        return _ALLOWANCE * _needed_exactly(k_c, b_c, T, n, (d, tau, overshoot))
     return _ALLOWANCE * _needed(k_c, b_c, T, n, felt(d, tau, jitter, overshoot))
 
 
@@ -74,6 +83,50 @@ def _needed(k_c: float, b_c: float, T: float, n: int, shares: dict[int, float]) 
     for m, share in shares.items():
         total += share * T * _gram(torque, weight, n, m - 1, back)
     return 0.25 * float(np.linalg.eigvalsh(total)[:, -1].max())
+
+
+def _needed_exactly(k_c: float, b_c: float, T: float, n: int, between: tuple[float, float, float]) -> float:
+    """As `_needed`, for one delay, lag and overshoot, whose mixture has weights of both signs: h at nodes of
+    time."""
+    stiff, mixed, damped = _grams(n, *between)
+    _, weight = _torques(k_c, b_c, T, n, np.ones(1) * 1j)
+    rate = b_c / T
+    total = (k_c * k_c * stiff + k_c * rate * mixed + rate * rate * damped) * T
+    return 0.25 * float(np.linalg.eigvalsh(total * weight[:, None] * weight)[:, -1].max())
+
+
+@lru_cache(maxsize=512)
+def _grams(n: int, d: float, tau: float, overshoot: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Integrals of h* h over a frame, in ticks: of h with k_c = 1, of both, and with b_c/T = 1.
+
+    Notes
+    -----
+    With S the answer to a step, the torque of m ticks ago is in force at the time t of a tick by ``S(t + m -
+    d) - S(t + m - d - 1)``: smooth but where t + m = d, up to which and from where there are `_NODES`
+    each."""
+    back, f = np.exp(-2j * _angles()), d - math.floor(d)
+    x, share = np.polynomial.legendre.leggauss(_NODES)
+    parts = [(low, high) for low, high in ((0.0, f), (f, 1.0)) if high > low]
+    t = np.concatenate([low + (x + 1) / 2 * (high - low) for low, high in parts])
+    shares = np.concatenate([share / 2 * (high - low) for low, high in parts])
+    m = np.arange(math.ceil(d + 1 - longest(tau, overshoot) * math.log(_TAIL)) + 1)
+    felt_by = step_answer(t[:, None] + m - d, tau, overshoot) - step_answer(
+        t[:, None] + m - d - 1, tau, overshoot
+    )
+    stiff, damped = (_torques(*one, 1.0, n, back)[0] for one in ((1.0, 0.0), (0.0, 1.0)))
+    out = [np.zeros((len(back), n, n), dtype=complex) for _ in range(3)]
+    for tick in range(n):
+        frame, i = np.divmod(tick - m, n)  # below 0: of a frame before, as many times 1/z
+        of_row = np.stack(
+            [felt_by[:, i == q] @ back ** (-frame[i == q])[:, None] for q in range(n)], axis=1
+        )  # nodes, rows, angles
+        h = [
+            np.einsum("tqz,zqj->tzj", of_row, torque) - torque[:, 0] / back[:, None]
+            for torque in (stiff, damped)
+        ]
+        for k, (one, other) in enumerate(((h[0], h[0]), (h[0], h[1]), (h[1], h[1]))):
+            out[k] += np.einsum("t,tzi,tzj->zij", shares, one.conj(), other)
+    return out[0], out[1] + out[1].conj().swapaxes(1, 2), out[2]
 
 
 def _angles() -> np.ndarray:

@@ -72,8 +72,8 @@ def peaks(
     by at most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added.
     The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2`` with lam from the middle of the cell,
     which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex."""
-    weight, longest = _envelope(tau, overshoot)
-    cells = _cells(d, weight * longest)
+    weight, mean = _envelope(tau, overshoot)
+    cells = _cells(d, weight * mean)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau, overshoot)
     # lam of the first cell stays 1: with any other W were above 0 at theta = 0, and W/sin^2 infinite
@@ -83,8 +83,8 @@ def peaks(
     h2 = (np.pi / 2 / cells) ** 2 / 8
     # m <= 2 + d + X: a torque is felt a tick after its sample at the soonest, and where d + X is not whole it
     # is felt in one tick more
-    second, fourth = (weight * moment for moment in _moments(2 + d, longest))
-    second_r, fourth_r = (weight**2 * moment if tau > 0 else 0.0 for moment in _moments(1.0, longest))
+    second, fourth = (weight * moment for moment in _moments(2 + d, mean))
+    second_r, fourth_r = (weight**2 * moment if tau > 0 else 0.0 for moment in _moments(1.0, mean))
     sine2 = np.sin(theta) ** 2
     sine2[0] = 1.0  # 0/0 at 0: its limit is put in below
     ends = []
@@ -147,19 +147,19 @@ def felt(d: float, tau: float, jitter: float = 0.0, overshoot: float = 0.0) -> d
     is a trapezium over l, and its mean the sum of four means of a ramp, E max(l - c, 0), c at its corners. A
     loop of second order has |a| for the density of X (`_mean_ramp`)."""
     # |integral a h|^2 <= integral |a| integral |a| |h|^2 for an answer a to an impulse: 1 of one sign
-    scale, longest = (1 + overshoot) / (1 - overshoot), _envelope(tau, overshoot)[1]
+    scale, mean = (1 + overshoot) / (1 - overshoot), longest(tau, overshoot)
 
     def beyond(corner: float) -> float:
         return _mean_ramp(corner - d, tau, overshoot)
 
     # 13.8 time constants one by one: all but a millionth of a lag
-    last = math.ceil(d - longest * math.log(_TAIL)) + 1
+    last = math.ceil(d - mean * math.log(_TAIL)) + 1
     shares = {
         m: beyond(m - 2) - beyond(m - 1) - beyond(m - 1 + jitter) + beyond(m + jitter)
         for m in range(1, last + 1)
     }
     # what is later lies a time constant beyond on average; two give its square no less than its mean
-    shares[last + 1 + math.ceil(2 * longest)] = beyond(last - 1) - beyond(last + jitter)
+    shares[last + 1 + math.ceil(2 * mean)] = beyond(last - 1) - beyond(last + jitter)
     return {m: scale * share for m, share in shares.items() if share > 0}
 
 
@@ -196,6 +196,20 @@ def _envelope(tau: float, overshoot: float) -> tuple[float, float]:
         return 1.0, tau
     mean = 1 / (1 / one).real
     return mean / abs(one.imag), mean
+
+
+def longest(tau: float, overshoot: float) -> float:
+    """Time constant with which the loop's answer dies away, ticks."""
+    return _envelope(tau, overshoot)[1]
+
+
+def step_answer(t: np.ndarray, tau: float, overshoot: float) -> np.ndarray:
+    """Answer to a step at 0 of a loop that overshoots, t in ticks."""
+    since, rate = np.maximum(t, 0.0), 1 / _pair(tau, overshoot)
+    turned = -rate.imag * since
+    return np.asarray(
+        1 - np.exp(-rate.real * since) * (np.cos(turned) - rate.real / rate.imag * np.sin(turned))
+    )
 
 
 def _mean_ramp(corner: float, tau: float, overshoot: float) -> float:

@@ -169,7 +169,9 @@ def damping_needed_between(
             held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d), over)
             for n in range(2, between.sample_ticks + 1)
             for d in {0.0, between.delay}
-            for lag, over in {(lag_ticks(hz, T), o) for _, hz, o in cases if hz in (0.0, between.lag_hz)}
+            for lag, over in {
+                (lag_ticks(hz, T), o) for _, hz, o in cases if o > 0 or hz in (0, between.lag_hz)
+            }
         ]
     return max(needed)
 

@@ -32,7 +32,7 @@ def test_a_current_that_overshoots_costs_stiffness_and_the_watch_bears_no_more_t
     assert covered[0] == covered[1] > 1.2 * late_s
     assert covered[2] == pytest.approx(late_s)
     limits = [build(one).params["current_overshoot_limit"][0, 0] for one in (first, plain, over)]
-    assert limits == pytest.approx([0.05, 0.05, 0.16])
+    assert limits == pytest.approx([0.05, 0.05, 0.1875])
 
 
 def test_an_overshoot_is_of_the_coupling_alone_and_wants_its_lag(rig):
