@@ -11,6 +11,7 @@ import pytest
 from identified import CONFIG, variant
 
 from rtctl.errors import ConfigError, FaultError
+from rtctl.experiments.position_gains import slower_of
 from rtctl.experiments.simulated_identification import drive
 from rtctl.identify.motion import Motion, Order
 from rtctl.identify.session import arm
@@ -93,3 +94,11 @@ def test_a_joint_without_any_damping_is_refused_by_name(tmp_path):
     loaded = rig_with(tmp_path, 100, 0.8, 3, damped=1e-12, told=1e-12)
     with pytest.raises(ConfigError, match=r"axis 0: no speed servo .*joint_damping_nms_rad.*--log"):
         rig_of(loaded, QUICK)
+
+
+def test_a_controller_of_positions_is_slowed_likewise(tmp_path):
+    found = [slower_of(rig_with(tmp_path, 100, 0.8, late)) for late in (0, 1, 2)]
+    assert found[0] == 1.0 < found[1] < found[2]
+    assert slower_of(load(CONFIGS / "mock-elastic.toml")) == 1.0
+    with pytest.raises(ConfigError, match=r"joint: no position controller .*joint_damping_nms_rad"):
+        slower_of(rig_with(tmp_path, 100, 0.8, 3, damped=1e-12, told=1e-12))
