@@ -1,10 +1,10 @@
 """A joint of a fifth make for what the law does outside of display: by it `tests/foreign_brakes.py` judges.
 
 No line is shared with the mock or another judge: the linear part (one mass or two, the motor's lag, a hand
-that is a spring, a damper and a mass on the joint) goes by its matrix exponential, in
-fortieths of a period, which a delay is a number of; dry friction is what stops the motor in a step, or as much as it
-can. Its level follows Stribeck, and grows with what the gear bears, ripples with the gear without play, or
-bends bristles first. Units: rad, N m, s at the joint; a torque is positive when it accelerates it.
+that is a spring, a damper and a mass on the joint) goes by its matrix exponential, in fortieths of a period
+at most; dry friction is what stops the motor in a step, or as much as it can. Its level follows Stribeck, and
+grows with what the gear bears, ripples with the gear without play, or bends bristles first. Units: rad, N m,
+s at the joint; a torque is positive when it accelerates it.
 """
 
 import copy
@@ -144,7 +144,11 @@ class Rig(Armed):
         )  # fmt: skip
         p, self.a = plan.params[0], a.copy()
         levers = np.abs(p["lever_m"][0])
-        self.a["felt_as"], self.a["lever"], self.a["count"] = np.argmax(levers), levers.max(), p["count_rad"][0]
+        self.a["felt_as"], self.a["lever"], self.a["count"] = (
+            np.argmax(levers),
+            levers.max(),
+            p["count_rad"][0],
+        )
         self.a["per_ampere"] = p["gear_ratio"][0] * p["gear_efficiency"][0] * p["torque_constant_nm_a"][0]
         self.q, self.kept, self.line = np.zeros(SIZE), np.zeros(KEPT), np.zeros(LINE)
         self.draw, self._at = np.random.default_rng(seed), entry_point(law.step, *self.law)

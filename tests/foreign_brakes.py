@@ -11,86 +11,20 @@ flag that nothing here should raise.
 """
 
 import argparse
-import math
 import tempfile
 from collections import Counter
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import click
 import foreign_braked
 import numpy as np
-from foreign_braked import GAVE, HAND_SPEED, PLACE, SENT, SPEED, STATE, TOOK, Rig
-from foreign_trials import END_RAD, Luck, Trial, drawn, hand_of
+from foreign_braked import PLACE, SENT, SPEED, STATE, TOOK, Rig
+from foreign_trials import Luck, Seen, Trial, beside_dead, chatter, drawn, ended, hand_of, pull
 
 from rtctl.control.vocabulary import Environment, Fault, Program, ProgramFlag, Shape, State
 from rtctl.errors import ConfigError
 from rtctl.experiments.positioning import Case as Track
 from rtctl.experiments.positioning_on_rig import fields_of
-
-QUIET, FED_J = 3e-3, 1e-5
-CHATTER = 0.015
-"""RMS change of a servo's torque from tick to tick, share of the torque limit, that is ringing (0171)."""
-
-
-class Seen(NamedTuple):
-    """What was seen of one run, in words, and its loudest figures: rad/s left, rad/s with a dead motor, J."""
-
-    words: tuple
-    left: float = 0.0
-    dead: float = 0.0
-    fed: float = 0.0
-
-
-def _loud(out):
-    """Speed of whichever side is faster, RMS of each tenth of a run."""
-    speed = np.abs(out[:, [SPEED, HAND_SPEED]]).max(axis=1)
-    return np.array([math.sqrt(np.mean(part**2)) for part in np.array_split(speed, 10)])
-
-
-def beside_dead(rig, seconds=4.0):
-    """The rest of a run, and the same with a dead motor from here on; what is wrong about it."""
-    dead = rig.without_torque()
-    live, gone = rig.run(seconds), dead.run(seconds)
-    loud, quiet = _loud(live), _loud(gone)
-    fed, words = float(live[len(live) // 2 :, GAVE].sum()), []
-    grown = loud[5:].max() > max(4 * QUIET, 1.25 * loud[1:5].max(), 1.25 * quiet[5:].max())
-    if not loud[-2:].max() <= max(QUIET, 1.25 * quiet[-2:].max()) or grown:
-        words.append("rings")
-    if fed > FED_J:
-        words.append("fed")
-    return live, Seen(tuple(words), float(loud[-2:].max()), float(quiet[-2:].max()), fed)
-
-
-def kicks(rig, out):
-    """True where the torque changes by more than its rate while it is not cut."""
-    steps = np.abs(np.diff(out[:, SENT], prepend=out[0, SENT]))
-    cut = np.isin(out[:, STATE], [State.FAULT, State.ESTOP, State.LOCKOUT])
-    return bool(np.any((steps > rig.law[2]["torque_rate_nm"][0, 0] * (1 + 1e-9)) & ~cut))
-
-
-def ended(trial, rest, wanted=(State.ACTIVE,)):
-    """Seen, with what the whole run shows: kicks, the travel's end, a fault."""
-    out, words = np.concatenate(trial.out), list(rest.words)
-    if kicks(trial.rig, out):
-        words.append("kicks")
-    if np.abs(out[:, PLACE]).max() > END_RAD:
-        words.append("out")
-    if trial.rig.law[1]["state"][0] not in wanted:
-        words.append(f"ends {fault_of(trial.rig)}")
-    return rest._replace(words=tuple(words))
-
-
-def pull(luck, case, hand):
-    """How far a hand pulls at once, rad: it throws the joint by no more than 2 rad/s."""
-    moved = float(case.axis["motor"][0] + case.axis["link"][0]) + hand.mass
-    reach = min(0.2, 2.0 * math.sqrt(moved / hand.spring))
-    return luck.within(-reach, reach)
-
-
-def fault_of(rig):
-    """Name of the first fault, or of the state."""
-    return Fault(1 << rig.fault).name if rig.fault >= 0 else State(rig.law[1]["state"][0]).name
 
 
 def brake(case, seed):
@@ -136,16 +70,7 @@ def servo(case, seed):
         return None
     trial.ask(Program.SERVO, velocity_rad_s=trial.luck.spread(0.3, 1.0))
     trial.run(1.0)
-    return ended(trial, _chatter(trial, trial.run(1.0)))
-
-
-def _chatter(trial, out):
-    """By how much the torque changes from tick to tick: by a count of the encoder it may."""
-    command, p = trial.rig.law[3][0], trial.rig.law[2][0]
-    grain = command["program_damping_nms_rad"][0] * command["program_alpha"][0] * p["count_rad"][0]
-    grain /= trial.rig.period_s * p["torque_limit_nm"][0]
-    change = float(np.std(np.diff(out[:, SENT]))) / float(trial.rig.law[2]["torque_limit_nm"][0, 0])
-    return Seen(("rings",) if change > max(CHATTER, grain) else (), change)
+    return ended(trial, chatter(trial, trial.run(1.0)))
 
 
 def track(case, seed):
@@ -170,13 +95,18 @@ def track(case, seed):
         return ended(trial, seen)
     trial.run(1.1)
     out = trial.run(0.35)
-    seen, words = _chatter(trial, out), []
+    # a triangle turns by a step of the torque
+    seen, words = chatter(trial, out) if shape != Shape.TRIANGLE else Seen(()), []
     if shape == Shape.STEP:
         dry = (a["peak"] * (1 + a["wave"]) + a["cogging"]) / (1 - a["by_load"])
         off = abs(out[-1, PLACE] - began - moved.amplitude_rad)
         # an integral dies away by 1.6/s
-        words += ["off"] * int(off > 1.2 * dry / told["stiffness_nm_rad"] + 2e-3 + 0.05 * abs(moved.amplitude_rad))
-        words += ["rings"] * int(np.sqrt(np.mean(out[:, SPEED] ** 2)) > 2e-2)
+        words += ["off"] * int(
+            off > 1.2 * dry / told["stiffness_nm_rad"] + 2e-3 + 0.05 * abs(moved.amplitude_rad)
+        )
+        at = np.arange(len(out))
+        swings = out[:, SPEED] - np.polyval(np.polyfit(at, out[:, SPEED], 1), at)
+        words += ["rings"] * int(np.std(swings) > 2e-2)
     words += [f"ends {trial.flags!r}"] * (trial.flags not in (ProgramFlag(0), ProgramFlag.DONE))
     live, rest = beside_dead(rig, 1.5)
     trial.out.append(live)
@@ -233,7 +163,7 @@ def switch(case, seed):
     if not trial.armed:
         return None
     rig, luck, command = trial.rig, trial.luck, trial.rig.law[3]
-    armed_s, middle = rig.time_s - 2.3, float(rig.kept[foreign_braked.REST])
+    armed_s, middle = rig.time_s - 0.8, float(rig.kept[foreign_braked.REST])
     for _ in range(60):
         kind = luck.one("free", "spring", "wall", "damper", "detents", "remote", "remote")
         rig.kept[foreign_braked.REST] = middle + hand.spring * pull(luck, case, hand)
@@ -248,9 +178,13 @@ def switch(case, seed):
         trial.run(luck.within(0.02, 0.08))
     p, took = rig.law[2][0], np.cumsum(np.concatenate(trial.out)[:, TOOK])
     since = rig.time_s - armed_s - rig.period_s * np.arange(len(took) - 1, -1, -1)
-    allowed = p["renderer_store_j"] + p["renderer_power_w"] * np.maximum(since, 0) + 1.5 * p["energy_budget_j"]
+    allowed = (
+        p["renderer_store_j"] + p["renderer_power_w"] * np.maximum(since, 0) + 1.5 * p["energy_budget_j"]
+    )
     seen = Seen(("fed",) if np.any(took > allowed) else (), fed=float((took / allowed).max()))
-    return ended(trial, seen, (State.ACTIVE, State.HOLD))
+    # a light joint is that fast with what a world may put in
+    quick = rig.fault == int(Fault.OVERSPEED).bit_length() - 1
+    return ended(trial, seen, (State.ACTIVE, State.HOLD, *[State.FAULT] * quick))
 
 
 def pulse(case, seed):
@@ -267,8 +201,12 @@ def pulse(case, seed):
     arming = out[:, STATE] == State.ARMING
     if not arming.any():
         return None
-    words = ["kicks"] * int(np.abs(out[arming, SENT]).max() > 0.05 * rig.law[2]["torque_limit_nm"][0, 0] + 1e-12)
-    words += ["fed"] * int(out[arming, TOOK].sum() > 1.5 * rig.law[2]["energy_budget_j"][0] + hand.spring * 5e-5)
+    words = ["kicks"] * int(
+        np.abs(out[arming, SENT]).max() > 0.05 * rig.law[2]["torque_limit_nm"][0, 0] + 1e-12
+    )
+    words += ["fed"] * int(
+        out[arming, TOOK].sum() > 1.5 * rig.law[2]["energy_budget_j"][0] + hand.spring * 5e-5
+    )
     _, rest = beside_dead(rig, 2.0)
     return rest._replace(words=(*words, *rest.words))
 
@@ -279,7 +217,7 @@ STATES = {
 }  # fmt: skip
 
 
-def asked(case, seed, names):
+def asked(case, seed, names=tuple(STATES)):
     """(state, Seen) of each state that could be asked; a joint without a sound servo is asked no program."""
     for name in names:
         try:

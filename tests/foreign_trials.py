@@ -1,21 +1,24 @@
-"""Certified rigs on the joints of `tests/foreign_braked.py`, drawn at random, and what is asked of one, for
-`tests/foreign_brakes.py`."""
+"""Certified rigs on the joints of `tests/foreign_braked.py`, drawn at random, what is asked of one,
+and when it rings, for `tests/foreign_brakes.py`."""
 
 import math
 from typing import NamedTuple
 
 import foreign_braked
 import numpy as np
-from foreign_braked import Rig
+from foreign_braked import GAVE, HAND_SPEED, PLACE, SENT, SPEED, STATE, Rig
 from foreign_files import CONFIGS, fitted, model
 from foreign_luck import Luck as _Luck
 
-from rtctl.control.vocabulary import Environment, ProgramFlag
+from rtctl.control.vocabulary import Environment, Fault, ProgramFlag, State
 from rtctl.identify.motion import Motion
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.rig_file.config import load
 
 LEASE, END_RAD = 7, 3.0
+QUIET, FED_J = 3e-3, 1e-5
+CHATTER = 0.015
+"""RMS change of a servo's torque from tick to tick, share of the torque limit, that is ringing (0171)."""
 FRICTIONS = ("dry", "load", "ripple", "bristles")
 
 
@@ -77,7 +80,12 @@ def _curve(a):
     """What the model is learned of."""
     one = {name: float(a[name][0]) for name in ("stribeck", "viscous")}
     level, peak = float(a["dry"][0]), float(a["peak"][0])
-    return one | {"coulomb": level, "breakaway": peak, "bristle": float(a["bristle"][0]) or peak / 1e-4, "backward": 1.0}
+    return one | {
+        "coulomb": level,
+        "breakaway": peak,
+        "bristle": float(a["bristle"][0]) or peak / 1e-4,
+        "backward": 1.0,
+    }
 
 
 def _told(a, share, behind):
@@ -92,8 +100,10 @@ def _says(luck, a, inertia, b, lag_hz):
     """What the rig file says of it."""
     peak, most = float(a["peak"][0]), inertia * luck.spread(80, 400)
     most = max(most, 6 * peak)
+    bend = peak / float(a["bristle"][0]) if a["bristle"][0] > 0 else 1e-4
     return {
-        "inertia_kgm2": inertia, "viscous_nms_rad": b, "torque_limit_nm": most, "torque_rate_nm_s": 100 * most,
+        "inertia_kgm2": inertia, "viscous_nms_rad": b, "torque_limit_nm": most,
+        "torque_rate_nm_s": 100 * most,
         "gear_ratio": 1.0, "gear_efficiency": 1.0, "torque_constant_nm_a": most / 5.0,
         "current_limit_a": 10.0, "velocity_limit_rad_s": 8.0, "drive": {"current_loop_hz": lag_hz},
         "position_min_rad": -END_RAD, "position_max_rad": END_RAD, "lever_m": [0.0, 0.1, 0.0],
@@ -101,7 +111,7 @@ def _says(luck, a, inertia, b, lag_hz):
         "force": {"limit_n": min(max(1e3 * most, 10), 9e3), "resolution_n": 1e-3},
         "encoder_counts_per_rev": luck.spread(1e5, 1e6),
         "friction": {
-            "gain": 0.9, "intent_nm": 0.2 * peak, "gate_nm": 0.1 * peak, "presliding_rad": float(a["peak"][0] / a["bristle"][0]) if a["bristle"][0] > 0 else 1e-4,
+            "gain": 0.9, "intent_nm": 0.2 * peak, "gate_nm": 0.1 * peak, "presliding_rad": bend,
             "policy": luck.one("off", "hybrid", "stop_gated"),
         },
         "environment": {"kind": "free", "stiffness_nm_rad": 1.0, "center_rad": 0.0},
@@ -132,7 +142,7 @@ class Trial:
         if first is not None:
             self.rig.grip(*first)
         self.armed = self.rig.arm_until(5.0)
-        self.out = [self.rig.run(2.2)] if self.armed else []
+        self.out = [self.rig.run(0.8)] if self.armed else []
         settings = Settings(margin_rad=0.1)
         self.motion = Motion(rig_of(self.loaded, settings), settings)
         self.motion.last = self.rig.law[0][0]
@@ -163,3 +173,73 @@ class Trial:
             self.target(place_rad)
             self.run(0.01)
 
+
+class Seen(NamedTuple):
+    """What was seen of one run, in words, and its loudest figures: rad/s left, rad/s with a dead motor, J."""
+
+    words: tuple
+    left: float = 0.0
+    dead: float = 0.0
+    fed: float = 0.0
+
+
+def _loud(out):
+    """Speed of whichever side is faster, RMS of each tenth of a run."""
+    speed = np.abs(out[:, [SPEED, HAND_SPEED]]).max(axis=1)
+    return np.array([math.sqrt(np.mean(part**2)) for part in np.array_split(speed, 10)])
+
+
+def beside_dead(rig, seconds=3.0):
+    """The rest of a run, and the same with a dead motor from here on; what is wrong about it."""
+    dead = rig.without_torque()
+    live, gone = rig.run(seconds), dead.run(seconds)
+    loud, quiet = _loud(live), _loud(gone)
+    fed, words = float(live[len(live) // 2 :, GAVE].sum()), []
+    grown = loud[5:].max() > max(4 * QUIET, 1.25 * loud[1:5].max(), 1.25 * quiet[5:].max())
+    # a link that swings out behind a motor that stands dies as it would anyway
+    dies = loud[-1] * quiet[5] <= 1.1 * loud[5] * quiet[-1]
+    if not (loud[-2:].max() <= max(QUIET, 1.25 * quiet[-2:].max()) or dies) or grown:
+        words.append("rings")
+    if fed > FED_J:
+        words.append("fed")
+    return live, Seen(tuple(words), float(loud[-2:].max()), float(quiet[-2:].max()), fed)
+
+
+def kicks(rig, out):
+    """True where the torque changes by more than its rate while it is not cut."""
+    steps = np.abs(np.diff(out[:, SENT], prepend=out[0, SENT]))
+    cut = np.isin(out[:, STATE], [State.FAULT, State.ESTOP, State.LOCKOUT])
+    return bool(np.any((steps > rig.law[2]["torque_rate_nm"][0, 0] * (1 + 1e-9)) & ~cut))
+
+
+def ended(trial, rest, wanted=(State.ACTIVE,)):
+    """Seen, with what the whole run shows: kicks, the travel's end, a fault."""
+    out, words = np.concatenate(trial.out), list(rest.words)
+    if kicks(trial.rig, out):
+        words.append("kicks")
+    if np.abs(out[:, PLACE]).max() > END_RAD:
+        words.append("out")
+    if trial.rig.law[1]["state"][0] not in wanted:
+        words.append(f"ends {fault_of(trial.rig)}")
+    return rest._replace(words=tuple(words))
+
+
+def pull(luck, case, hand):
+    """How far a hand pulls at once, rad: it throws the joint by no more than 2 rad/s."""
+    moved = float(case.axis["motor"][0] + case.axis["link"][0]) + hand.mass
+    reach = min(0.2, 2.0 * math.sqrt(moved / hand.spring))
+    return luck.within(-reach, reach)
+
+
+def fault_of(rig):
+    """Name of the first fault, or of the state."""
+    return Fault(1 << rig.fault).name if rig.fault >= 0 else State(rig.law[1]["state"][0]).name
+
+
+def chatter(trial, out):
+    """By how much the torque changes from tick to tick: by a count of the encoder it may."""
+    command, p = trial.rig.law[3][0], trial.rig.law[2][0]
+    grain = command["program_damping_nms_rad"][0] * command["program_alpha"][0] * p["count_rad"][0]
+    grain /= trial.rig.period_s * p["torque_limit_nm"][0]
+    change = float(np.std(np.diff(out[:, SENT]))) / float(trial.rig.law[2]["torque_limit_nm"][0, 0])
+    return Seen(("rings",) if change > max(CHATTER, grain) else (), change)

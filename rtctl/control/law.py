@@ -265,7 +265,7 @@ def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: floa
 @compiled
 def _hold_torque(t: Record, p: Record, axis: int) -> float:
     """Damping of HOLD, capped at HOLD_SHARE of the limit."""
-    # it only takes: no authority scales it, and no deficit adds to what is sure (a mass's damping is the mass's)
+    # it only takes: no authority scales it, no deficit adds to what is sure, and a mass's damping is its own
     t.injected_damping_nms_rad[axis] = 0.0
     cap = HOLD_SHARE * p.torque_limit_nm[axis]
     return min(max(-p.hold_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis], -cap), cap)

@@ -17,7 +17,8 @@ from rtctl.experiments import kept_runs, models
 from rtctl.experiments.kept_runs import KeptRuns, Runs
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.positioning import CONTROLLERS, Case, Experiment, Followed, Found, Judge, gains_of
+from rtctl.experiments.position_gains import gains_of
+from rtctl.experiments.positioning import CONTROLLERS, Case, Experiment, Followed, Found, Judge
 from rtctl.experiments.report import Outcome
 from rtctl.host.supervisor import Host
 from rtctl.identify.bias import read_bias

@@ -6,7 +6,9 @@ import pytest
 from import_graph import circles, file_graph, folder_graph, modules
 
 MOST_PACKAGES = 26
-MOST_ARROWS = 119  # experiments -> check: a controller of positions asks what joint and delays the axis has (0177)
+MOST_ARROWS = (
+    119  # experiments -> check: a controller of positions asks what joint and delays the axis has (0177)
+)
 """Today's figures (docs/decisions/0085): whoever adds a room or an arrow raises them with a reason, or does
 without."""
 

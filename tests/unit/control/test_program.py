@@ -266,3 +266,24 @@ def test_a_brake_that_has_stopped_a_joint_is_one_that_no_hand_makes_ring(law_rig
     assert torques[58] == pytest.approx(-FIELDS["damping_nms_rad"] * 0.1)
     assert torques[75] == pytest.approx(sure * 0.1)
     assert torques[95] == pytest.approx(-sure * 0.1)
+
+
+@pytest.mark.parametrize("every", [1, 2, 3])
+def test_the_filter_of_a_program_goes_by_time_and_not_by_samples(rig, every):
+    """As the proof of the servo has it (docs/theory.md 9.1): once a sample it would be as slow as that."""
+    ask(rig, Program.SERVO, velocity_rad_s=0.1, alpha=0.1, max_rad=2.0)
+    for k in range(1, 13):
+        rig.tick(0.1 * T * (k // every * every), fresh=k % every == 0)
+    known = 0.1 * (1.0 - 0.9**12)
+    assert rig.state["program_velocity_rad_s"][0] == pytest.approx(known)
+
+
+def test_a_brake_after_a_servo_that_stands_still_brakes_what_still_moves(rig):
+    """The servo's reference has come to rest before the joint has."""
+    ask(rig, Program.SERVO, velocity_rad_s=0.0, alpha=1.0, max_rad=2.0)
+    places = itertools.accumulate([0.1 * T] * 20)
+    rig.tick(next(places))
+    ask(rig, Program.BRAKE, alpha=1.0)
+    for place in places:
+        rig.tick(place)
+        assert rig["program_torque_nm"] == pytest.approx(-FIELDS["damping_nms_rad"] * 0.1)

@@ -47,6 +47,17 @@ def test_the_damping_of_hold_is_capped():
     assert rig["torque_applied_nm"] == pytest.approx(-0.2 * 3.0)
 
 
+def test_a_deficit_before_hold_adds_nothing_to_its_damping():
+    """The damping of HOLD is all that is sure: twice of it feeds a late joint in a stiff hand."""
+    rig = remote_rig().run(25)
+    rig.state["energy_port_j"] = -0.5 * rig.params["energy_budget_j"]
+    for k in range(10):
+        rig.tick(1e-3 * (k + 1))
+    assert rig["energy_port_j"] < 0.0, "else nothing is asked"
+    assert rig["torque_applied_nm"] == pytest.approx(-0.05)
+    assert rig["injected_damping_nms_rad"] == 0.0
+
+
 def test_a_target_lost_for_long_stops_and_only_the_operator_brings_it_back():
     rig = remote_rig().run(101)
     assert rig.mode is State.STOPPING

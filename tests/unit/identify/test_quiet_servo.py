@@ -11,6 +11,7 @@ import pytest
 from identified import CONFIG, variant
 
 from rtctl.errors import ConfigError, FaultError
+from rtctl.experiments.position_gains import slower_of
 from rtctl.experiments.simulated_identification import drive
 from rtctl.identify.motion import Motion, Order
 from rtctl.identify.session import arm
@@ -118,3 +119,11 @@ def test_a_resonance_that_the_rig_file_names_slows_it_though_nothing_else_calls_
 
     assert calmer(0.0) == calmer(600.0) == 1.0, "beyond half of the rate it is nothing that a tick sees"
     assert calmer(50.0) > 2.0
+
+
+def test_a_controller_of_positions_is_slowed_likewise(tmp_path):
+    found = [slower_of(rig_with(tmp_path, 100, 0.8, late)) for late in (0, 1, 2)]
+    assert found[0] == 1.0 < found[1] < found[2]
+    assert slower_of(load(CONFIGS / "mock-elastic.toml")) == 1.0
+    with pytest.raises(ConfigError, match=r"joint: no position controller .*joint_damping_nms_rad"):
+        slower_of(rig_with(tmp_path, 100, 0.8, 3, damped=1e-12, told=1e-12))
