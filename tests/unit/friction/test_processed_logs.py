@@ -125,7 +125,7 @@ def test_an_echo_of_the_torque_is_told_and_a_late_torque_is_none(later_s, tmp_pa
     rows = round((later_s or 0.02) / step)
     before = np.concatenate([np.full(rows, log.torque[0]), log.torque[:-rows]])
     torque = log.torque + 0.4 * before if later_s else before
-    code, _, found, error = identified(SINES, tmp_path, log=replace(log, torque=torque))
+    _code, _, found, error = identified(SINES, tmp_path, log=replace(log, torque=torque))
     said = " ".join([*found.get("warnings", ()), error])
     assert ("came once more" in said) == bool(later_s), said
     assert later_s or "the drive's echo of a command" in said
