@@ -53,6 +53,13 @@ SEEDS = (
         REPLUG,
     ),
     Seed(
+        "a quicker loop that overshoots is tried in the steps of one that does not",
+        "rtctl/control/proofs/stability.py",
+        "for d in delays for share in _FASTER_RINGING]",
+        "for d in delays for share in _FASTER]",
+        LOOP,
+    ),
+    Seed(
         "the way of an answer does not begin at the next fresh sample",
         "rtctl/check/lateness.py",
         "        return self.declared_s(T) + self.between.sample_ticks * T\n",

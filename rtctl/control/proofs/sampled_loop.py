@@ -51,7 +51,7 @@ _TAIL = 1e-6
 """Weight of the longest delays of a lag that are taken together."""
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=1024)
 def peaks(
     d: float, tau: float, *, any_world: bool = False, overshoot: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -100,7 +100,7 @@ def peaks(
     return undominated(np.concatenate([W_left, W_right]), np.concatenate([U_left, U_right]))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def varying_peaks(
     low: float, high: float, tau: float, overshoot: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +133,7 @@ def _cells(d: float, tau: float) -> int:
     return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def felt(d: float, tau: float, jitter: float = 0.0, overshoot: float = 0.0) -> dict[int, float]:
     """Largest share of a tick for which the joint feels the torque of m - 1 ticks ago, by m, behind a delay
     of `d`, at times up to `jitter` less, and a lag `tau`, all in ticks.

@@ -33,6 +33,9 @@ from rtctl.control.proofs.sampled_loop import peaks, varying_peaks
 
 _FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
 """Bandwidths of the current loop that are tried, as multiples of the declared one."""
+_FASTER_RINGING = tuple(1.08**k for k in range(31))
+"""Those of a loop that overshoots: where such a loop rings near a frequency that sampling folds, up to 10 %
+more is asked between two steps of the row above, .4 % between two of this one (decision 0180)."""
 _OF_A_TICK = (0.25, 0.32, 0.4, 0.5, 0.62, 0.78, 1.0)
 """Lags that are tried besides, as shares of what the delay falls short of a whole tick: a delay and a lag
 that come near to one may need up to .4 % more than with more or less of the lag (decision 0140)."""
@@ -136,7 +139,8 @@ def _cases(T: float, between: Between) -> list[tuple[float, float, float]]:
     lags down to none, with the overshoot and without.
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
-    lags between are some steps, as it changes little from one to the next, but where one fills up a tick."""
+    lags between are some steps, as it changes little from one to the next, but where one fills up a tick; of
+    a loop that overshoots many."""
     # a little delay may need less than none: nothing may rest on that (2.4)
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
@@ -145,9 +149,12 @@ def _cases(T: float, between: Between) -> list[tuple[float, float, float]]:
     if between.lag_hz > 0 and short > 0:
         filling = [1 / (2 * math.pi * share * short * T) for share in _OF_A_TICK]
         cases += [(between.delay, lag) for lag in filling if lag > between.lag_hz]
-    # half of it may ask for .3 % more than all
-    exceeds = {0.0, 0.5 * between.overshoot, between.overshoot}
-    return [(d, lag, over) for d, lag in cases for over in (exceeds if lag > 0 else {0.0})]
+    found = [(d, lag, 0.0) for d, lag in cases]
+    if between.overshoot > 0 and between.lag_hz > 0:
+        cases += [(d, between.lag_hz * share) for d in delays for share in _FASTER_RINGING]
+        # half of it may ask for .3 % more than all
+        found += [(d, lag, share * between.overshoot) for d, lag in cases if lag > 0 for share in (0.5, 1.0)]
+    return found
 
 
 def damping_needed_between(

@@ -51,6 +51,18 @@ def test_an_overshoot_costs_stiffness_and_less_of_it_is_covered():
         assert damping_needed_sampled_data(60, 0.01, T, 1.0, 800, overshoot=less) <= most * (1 + 1e-3)
 
 
+@pytest.mark.parametrize(
+    ("k_c", "b_c", "delay", "lag_hz", "overshoot", "quicker"),
+    [(2.036, 0.1092, 1.0, 1172.0, 0.5314, 1.36), (4.402, 0.00683, 0.0, 1114.0, 0.5316, 1.36)],
+)
+def test_a_quicker_loop_that_rings_where_sampling_folds_is_proved_too(
+    k_c, b_c, delay, lag_hz, overshoot, quicker
+):
+    """With the steps of a loop of first order it asked for 8 and 3 % more than the declared one."""
+    needed = damping_needed_between(k_c, b_c, T, Between(delay, lag_hz, overshoot=overshoot))
+    assert needed > 0.995 * summed(k_c, b_c, 0.0, quicker * lag_hz, overshoot)
+
+
 @pytest.mark.parametrize("over", [0.001, 0.05, 0.37])
 def test_where_shares_are_squared_an_answer_of_both_signs_counts_by_its_size(over):
     plain = Between(1.3, 300, overshoot=over)
