@@ -82,6 +82,6 @@ SEEDS = (
          "::test_the_worst_hand_is_unstable_exactly_where_theory_says",),
     ),
     Seed(
-        "a joint without damping is mapped", STABILITY, "if not axis.viscous_nms_rad > 0:", "if False:", MAP,
+        "a joint without damping is mapped", STABILITY, "if not device.damping > 0:", "if False:", MAP,
     ),
 )  # fmt: skip
