@@ -50,6 +50,7 @@ NEVER_SHORT_J = 1e6  # bank of an account that never holds anything back
 SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
 SEEN_FACTOR = 1.5  # friction seen is believed up to so many times the learned peak
+PLAIN_DELAY = 1.12  # a lag that overshoots by .05 asks for so much more than a delay as long, of 400 loops
 SHORTEST_PROOF_TICKS = 1e-6  # 0 would say that delay and age are not watched
 
 MIN_SOFT_START_TICKS = 500
@@ -207,13 +208,13 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring, load_loop = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        # an admittance, and a current that overshoots by more than is usual, are certified for what is
-        # declared, and no more
+        # an admittance, and a current that is told to overshoot, are certified for what is declared
         covered = declared
         if not axis.may_show("admittance") and between.overshoot <= OVERSHOOT_UNTOLD:
             k_c = (1 + load_loop) * coupling.stiffness_nm_rad + spring
             b_c = (1 + load_loop) * coupling.damping_nms_rad
-            covered = delay_covered_ticks(b, k_c, b_c, period_s, declared, between.sample_ticks)
+            left = b / PLAIN_DELAY if between.overshoot > 0 else b
+            covered = delay_covered_ticks(left, k_c, b_c, period_s, declared, between.sample_ticks)
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age

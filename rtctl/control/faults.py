@@ -196,8 +196,8 @@ TABLE: tuple[FaultRow, ...] = (
         80,
         "the current's answer to the test pulse, or to what is sent while running in 2 windows of 1 s in a "
         "row, is surely off the gain 1 by more than drive.current_gain_error (.3), or off by more than "
-        "drive.current_offset_share (10 %) of the torque limit, or exceeds a step of the pulse by .05 more "
-        "than drive.current_overshoot",
+        "drive.current_offset_share (10 %) of the torque limit, or exceeds a step of the pulse by more than "
+        "drive.current_overshoot (.05)",
         "the measured current is not the one asked for: check torque constant, scale and offset of the "
         "Hall sensor, current limit of the drive; tune a current loop that overshoots, or declare it",
     ),

@@ -37,13 +37,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtctl.control.proofs.sampled_loop import felt, longest, step_answer
+from rtctl.control.proofs.sampled_loop import envelope, felt, step_answer
 
 _ANGLES = 256
 """Points of the sweep. 2048 find .09 % more at most (80 random couplings, 2 to 5 ticks, delays to 15):
 `_ALLOWANCE` is five times that."""
 _ALLOWANCE = 1.005
 """For what may lie between the points of the sweep."""
+_MOST_TICKS = 3
+"""Older samples are STALE, and their rig is refused: a bound does."""
 _NODES = 8
 _TAIL = 1e-6
 """Nodes of time in a tick, and the weight of the longest delays of a lag that are left out."""
@@ -70,7 +72,7 @@ def damping_needed(
     """
     if k_c == 0 and b_c == 0:
         return 0.0
-    if overshoot > 0 and tau > 0 and jitter == 0:
+    if overshoot > 0 and tau > 0 and jitter == 0 and n <= _MOST_TICKS:
         return _ALLOWANCE * _needed_exactly(k_c, b_c, T, n, (d, tau, overshoot))
     return _ALLOWANCE * _needed(k_c, b_c, T, n, felt(d, tau, jitter, overshoot))
 
@@ -109,7 +111,7 @@ def _grams(n: int, d: float, tau: float, overshoot: float) -> tuple[np.ndarray, 
     parts = [(low, high) for low, high in ((0.0, f), (f, 1.0)) if high > low]
     t = np.concatenate([low + (x + 1) / 2 * (high - low) for low, high in parts])
     shares = np.concatenate([share / 2 * (high - low) for low, high in parts])
-    m = np.arange(math.ceil(d + 1 - longest(tau, overshoot) * math.log(_TAIL)) + 1)
+    m = np.arange(math.ceil(d + 1 - envelope(tau, overshoot)[1] * math.log(_TAIL)) + 1)
     felt_by = step_answer(t[:, None] + m - d, tau, overshoot) - step_answer(
         t[:, None] + m - d - 1, tau, overshoot
     )

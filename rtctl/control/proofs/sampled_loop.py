@@ -72,7 +72,7 @@ def peaks(
     by at most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added.
     The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2`` with lam from the middle of the cell,
     which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex."""
-    weight, mean = _envelope(tau, overshoot)
+    weight, mean = envelope(tau, overshoot)
     cells = _cells(d, weight * mean)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau, overshoot)
@@ -111,7 +111,7 @@ def varying_peaks(
     What the hand may be given in a tick is a sum over the torques that are felt in it of share times ``|y - y
     of the tick to come|^2``, so taking every share at its largest, `felt`, covers whatever way the delay
     changes: ``W = 2 sum_m share_m sin^2(m theta)``. It covers worlds that are not linear."""
-    cells = _cells(high, _envelope(tau, overshoot)[1])
+    cells = _cells(high, envelope(tau, overshoot)[1])
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     h2 = (np.pi / 2 / cells) ** 2 / 8
     W, U, safe = np.zeros_like(theta), np.zeros_like(theta), np.sin(theta) ** 2
@@ -147,7 +147,7 @@ def felt(d: float, tau: float, jitter: float = 0.0, overshoot: float = 0.0) -> d
     is a trapezium over l, and its mean the sum of four means of a ramp, E max(l - c, 0), c at its corners. A
     loop of second order has |a| for the density of X (`_mean_ramp`)."""
     # |integral a h|^2 <= integral |a| integral |a| |h|^2 for an answer a to an impulse: 1 of one sign
-    scale, mean = (1 + overshoot) / (1 - overshoot), longest(tau, overshoot)
+    scale, mean = (1 + overshoot) / (1 - overshoot), envelope(tau, overshoot)[1]
 
     def beyond(corner: float) -> float:
         return _mean_ramp(corner - d, tau, overshoot)
@@ -184,7 +184,7 @@ def _pair(tau: float, overshoot: float) -> complex:
     return complex(0.5 * tau, 0.5 * tau * math.pi / -math.log(overshoot)) if overshoot > 0 else complex(tau)
 
 
-def _envelope(tau: float, overshoot: float) -> tuple[float, float]:
+def envelope(tau: float, overshoot: float) -> tuple[float, float]:
     """(weight, mean): the answer to an impulse is nowhere more than the weight times that of a lag of the
     mean.
 
@@ -198,18 +198,12 @@ def _envelope(tau: float, overshoot: float) -> tuple[float, float]:
     return mean / abs(one.imag), mean
 
 
-def longest(tau: float, overshoot: float) -> float:
-    """Time constant with which the loop's answer dies away, ticks."""
-    return _envelope(tau, overshoot)[1]
-
-
 def step_answer(t: np.ndarray, tau: float, overshoot: float) -> np.ndarray:
     """Answer to a step at 0 of a loop that overshoots, t in ticks."""
     since, rate = np.maximum(t, 0.0), 1 / _pair(tau, overshoot)
     turned = -rate.imag * since
-    return np.asarray(
-        1 - np.exp(-rate.real * since) * (np.cos(turned) - rate.real / rate.imag * np.sin(turned))
-    )
+    ring = np.cos(turned) - rate.real / rate.imag * np.sin(turned)
+    return np.asarray(1 - np.exp(-rate.real * since) * ring)
 
 
 def _mean_ramp(corner: float, tau: float, overshoot: float) -> float:

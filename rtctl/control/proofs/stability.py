@@ -157,6 +157,13 @@ def _cases(T: float, between: Between) -> list[tuple[float, float, float]]:
     return found
 
 
+def _held_lags(T: float, between: Between) -> set[tuple[float, float]]:
+    """Lag in ticks and overshoot of what is tried with old samples, where quicker loops ask for less."""
+    lag, over = lag_ticks(between.lag_hz, T), between.overshoot
+    some = {(share * lag, part * over) for share in (0.4, 1.0) for part in (0.5, 1.0)} if over > 0 else set()
+    return {(0.0, 0.0), (lag, 0.0), *some}
+
+
 def damping_needed_between(
     k_c: float, b_c: float, T: float, between: Between = IDEAL, *, any_world: bool = False
 ) -> float:
@@ -176,9 +183,7 @@ def damping_needed_between(
             held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d), over)
             for n in range(2, between.sample_ticks + 1)
             for d in {0.0, between.delay}
-            for lag, over in {
-                (lag_ticks(hz, T), o) for _, hz, o in cases if o > 0 or hz in (0, between.lag_hz)
-            }
+            for lag, over in _held_lags(T, between)
         ]
     return max(needed)
 

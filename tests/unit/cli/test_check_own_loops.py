@@ -29,7 +29,7 @@ def test_a_current_that_overshoots_costs_stiffness_and_the_watch_bears_no_more_t
     assert "a current loop of 200 Hz that overshoots by 0.16 (rig file)" in refused.refusal
     late_s = 1 / (2 * 3.141592653589793 * 200)
     covered = [build(one).params["proof_delay_s"][0, 0] for one in (first, plain, over)]
-    assert covered[0] == covered[1] > 1.2 * late_s
+    assert covered[0] > covered[1] + 0.03e-3 > 1.1 * late_s
     assert covered[2] == pytest.approx(late_s)
     limits = [build(one).params["current_overshoot_limit"][0, 0] for one in (first, plain, over)]
     assert limits == pytest.approx([0.05, 0.05, 0.1875])

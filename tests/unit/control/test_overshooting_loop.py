@@ -8,7 +8,8 @@ import pytest
 
 from rtctl.control.proofs.admittance_loop import points
 from rtctl.control.proofs.drive_in_hand import STATES, Drive, held_steps, plant
-from rtctl.control.proofs.sampled_loop import _envelope, _mean_ramp, felt
+from rtctl.control.proofs.held_samples import _torques, damping_needed
+from rtctl.control.proofs.sampled_loop import _mean_ramp, envelope, felt
 from rtctl.control.proofs.stability import Between, damping_needed_between, damping_needed_sampled_data
 from rtctl.control.proofs.stability import k_max_between as k_max
 from rtctl.rig_file.axis_tables import OVERSHOOT_UNTOLD, DriveTable
@@ -75,7 +76,7 @@ def test_where_shares_are_squared_an_answer_of_both_signs_counts_by_its_size(ove
     rate, turn = 2 / (1 + ratio**2), 2 * ratio / (1 + ratio**2)
     answer = (rate**2 + turn**2) / turn * np.exp(-rate * t) * np.sin(turn * t)
     assert np.trapezoid(answer, t) == pytest.approx(1, abs=1e-5)
-    scale, mean = _envelope(1.0, over)
+    scale, mean = envelope(1.0, over)
     assert np.all(np.abs(answer) <= scale / mean * np.exp(-t / mean) * (1 + 1e-9))
     for corner in (-1.2, 0.0, 0.4, 2.5, 7.0):
         ramp = np.trapezoid(np.abs(answer) * np.maximum(t - corner, 0.0), t)
@@ -105,3 +106,33 @@ def test_a_file_that_does_not_say_is_proved_for_what_the_test_pulse_lets_pass():
         most = damping_needed_between(20, 0.045, T, Between(d, hz, overshoot=OVERSHOOT_UNTOLD))
         for over in (0.001, 0.01, 0.03):
             assert damping_needed_sampled_data(20, 0.045, T, d, hz, overshoot=over) <= most * (1 + 1e-3)
+
+
+@pytest.mark.parametrize(("n", "d", "lag_hz", "over"), [(2, 0.0, 200, 0.05), (3, 1.4, 90, 0.3)])
+def test_with_old_samples_a_ringing_loop_is_what_its_torque_does_between_them(n, d, lag_hz, over):
+    """The condition of `held_samples`, with a torque that is added up in 400 steps a tick."""
+    tau, parts, k_c, b_c = 1 / (2 * math.pi * lag_hz * T), 400, 5.0, 0.01
+    t = (np.arange(parts) + 0.5) / parts
+    ratio = math.pi / -math.log(over)
+    rate, turn = 2 / tau / (1 + ratio**2), 2 / tau * ratio / (1 + ratio**2)
+
+    def answer(t):
+        t = np.maximum(t, 0.0)
+        return 1 - np.exp(-rate * t) * (np.cos(turn * t) + rate / turn * np.sin(turn * t))
+
+    worst = 0.0
+    for theta in (0.05, 0.4, 1.1, 1.5):
+        z = np.exp(2j * theta)
+        rows, weight = _torques(k_c, b_c, T, n, np.array([1 / z]))
+        gram = np.zeros((n, n), complex)
+        for tick in range(n):
+            h = np.zeros((parts, n), complex) - rows[0, 0] * z
+            for m in range(200):
+                frame, i = divmod(tick - m, n)
+                acts = answer(t + m - d) - answer(t + m - d - 1)
+                h += acts[:, None] * rows[0, i] * z**frame
+            gram += T / parts * h.conj().T @ h
+        worst = max(worst, 0.25 * np.linalg.eigvalsh(gram * weight[:, None] * weight)[-1])
+    needed = damping_needed(k_c, b_c, T, n, d, tau, overshoot=over)
+    assert worst <= needed
+    assert needed <= 1.2 * worst
