@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hw.motion import words
-from rtctl.check.speed_servo import slowed_until_quiet
+from rtctl.check import lateness
+from rtctl.check.speed_servo import UNSOUND, slowed_until_quiet
 from rtctl.errors import ConfigError
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
@@ -50,11 +51,6 @@ Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts 
 g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
 Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
 joint, which then jumps from count to count."""
-
-UNSOUND = (
-    "no speed servo is stable on this joint, elastic and late as it is (docs/theory.md 9.1): declare its "
-    "damping (viscous_nms_rad, drive.joint_damping_nms_rad), make the drive quicker, or use identify --log"
-)
 
 
 @dataclass(frozen=True)
@@ -113,6 +109,8 @@ class Rig:
     calmer: float = 1.0
     """The servo's filter is so many times as slow, its damping as small."""
 
+    late_s: float = 0.0
+    """Longest from a place of the joint to a torque that answers it: sample, delay and current loop."""
     servos: tuple[tuple[float, float], ...] = SERVOS
     """Those of `SERVOS` that are stable on this joint, each with its filter as slow as that takes."""
 
@@ -246,6 +244,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         )
     # as the logs have it: a carriage at its top speed stands for a joint at 2 rad/s
     radian = settings.speed_max_rad_s / TOP_RAD_S if axis.motion == "linear" else 1.0
+    late = lateness.of_axis(loaded, settings.axis)
     rig = Rig(
         name=config.rig.name,
         axis=settings.axis,
@@ -260,6 +259,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
         radian=radian,
         motion=axis.motion,
+        late_s=late.declared_s(config.period_s) + late.between.sample_ticks * config.period_s,
     )
     rig = replace(rig, servos=_stable_servos(loaded, rig))
     return rig.with_servo(0)
@@ -278,7 +278,7 @@ def _stable_servos(loaded: LoadedConfig, rig: Rig) -> tuple[tuple[float, float],
 
     found = [slowed(*one) for one in SERVOS]
     if found[0] is None:
-        raise ConfigError(f"{loaded.path}: axis {rig.axis}: {UNSOUND}")
+        raise ConfigError(f"{loaded.path}: axis {rig.axis}: no speed servo {UNSOUND}, or use identify --log")
     return tuple(one for one in found if one is not None)
 
 

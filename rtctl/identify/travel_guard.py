@@ -15,11 +15,12 @@ def run_on_rad(rig: Rig, speed_rad_s: float) -> float:
 
     Notes
     -----
-    d v, at most the cap c: down to c/d at the rate c/J, from there on exponentially by another J/d times the
-    speed."""
+    At its speed until the torque answers. Then d v, at most the cap c: down to c/d at the rate c/J, from
+    there on exponentially by another J/d times the speed."""
     most_nm, d, J = BRAKE_SHARE * rig.torque_limit_nm, rig.damping_nms_rad, rig.inertia_kgm2
     slow = min(speed_rad_s, most_nm / d)
-    return J * (speed_rad_s**2 - slow**2) / (2 * most_nm) + J * slow / d
+    late_rad = rig.late_s * speed_rad_s
+    return late_rad + J * (speed_rad_s**2 - slow**2) / (2 * most_nm) + J * slow / d
 
 
 def guards_rad(

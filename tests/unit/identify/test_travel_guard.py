@@ -24,13 +24,21 @@ RIG = rig_of(load(CONFIG), QUICK)
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.5, 2.0])
-@pytest.mark.parametrize("calmer", [1.0, 5.0])
-def test_a_joint_runs_on_as_far_as_the_brake_lets_it(speed, calmer):
-    rig, dt, way, v = replace(RIG, calmer=calmer), 1e-5, 0.0, speed
+@pytest.mark.parametrize(("calmer", "late_s"), [(1.0, 0.0), (5.0, 0.0), (1.0, 0.014)])
+def test_a_joint_runs_on_as_far_as_the_brake_lets_it(speed, calmer, late_s):
+    rig, dt, way, v = replace(RIG, calmer=calmer, late_s=late_s), 1e-5, late_s * speed, speed
     while v > 1e-3 * speed:
         v -= dt * min(rig.damping_nms_rad * v, 0.2 * rig.torque_limit_nm) / rig.inertia_kgm2
         way += dt * v
     assert run_on_rad(rig, speed) == pytest.approx(way, rel=5e-3)
+
+
+def test_a_rig_knows_how_late_its_brake_acts(tmp_path):
+    assert RIG.late_s == pytest.approx(1e-3), "a sample"
+    drive = ("current_limit_a = 10.0", "current_limit_a = 10.0\ndrive = { current_loop_hz = 200.0 }")
+    seldom = ("seed = 1 ", "timing = { sample_every_ticks = 3, transport_delay_ticks = 6.0 }\nseed = 1 ")
+    late = rig_of(load(variant(tmp_path, drive, seldom)), QUICK)
+    assert late.late_s == pytest.approx(9e-3 + 1 / (2 * np.pi * 200.0))
 
 
 @pytest.mark.parametrize("way", [1, -1])
