@@ -198,7 +198,7 @@ def beside_dead(rig, seconds=3.0):
     fed, words = float(live[len(live) // 2 :, GAVE].sum()), []
     grown = loud[5:].max() > max(4 * QUIET, 1.25 * loud[1:5].max(), 1.25 * quiet[5:].max())
     # a link that swings out behind a motor that stands dies as it would anyway
-    dies = loud[-1] * quiet[5] <= 1.1 * loud[5] * quiet[-1]
+    dies = loud[-1] * quiet[5] <= 1.1 * loud[5] * quiet[-1] and quiet[-1] > 0.1 * loud[-1]
     if not (loud[-2:].max() <= max(QUIET, 1.25 * quiet[-2:].max()) or dies) or grown:
         words.append("rings")
     if fed > FED_J:

@@ -97,8 +97,7 @@ def fill_axis(
     # 0: the window folds nothing back
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor
-    p["temperature_warn_c"][a] = axis.temperature.warn_c
-    p["temperature_trip_c"][a] = axis.temperature.trip_c
+    p["temperature_warn_c"][a], p["temperature_trip_c"][a] = axis.temperature.warn_c, axis.temperature.trip_c
     count_rad = 2 * math.pi / axis.counts_of_turn
     p["count_rad"][a] = count_rad
     # per tick, as the gate has no clock
