@@ -11,6 +11,7 @@ flag that nothing here should raise.
 """
 
 import argparse
+import math
 import tempfile
 from collections import Counter
 from types import SimpleNamespace
@@ -75,12 +76,15 @@ def servo(case, seed):
 
 def track(case, seed):
     """A reference followed by the controllers of `positioning`; some in a hand that grips and pulls."""
-    trial = Trial(case, seed)
+    luck, a = Luck(seed, 7), case.axis[0]
+    amplitude = luck.one(0.03, 0.1, -0.2)
+    # beside an end of the travel, as near as the reference may
+    trial = Trial(case, seed, at_rad=luck.one(0.0, math.copysign(2.85 - 2 * abs(amplitude), amplitude)))
     if not trial.armed:
         return None
-    rig, luck, a = trial.rig, trial.luck, case.axis[0]
+    rig = trial.rig
     controller, shape = luck.one("PD", "PID"), luck.one(Shape.STEP, Shape.STEP, Shape.SINE, Shape.TRIANGLE)
-    moved = Track("", np.zeros((1, 3)), shape, luck.one(0.03, 0.1, -0.2), luck.within(1.0, 3.0))
+    moved = Track("", np.zeros((1, 3)), shape, amplitude, luck.within(1.0, 3.0))
     order = SimpleNamespace(loaded=trial.loaded)
     told = fields_of(order, controller, moved, SimpleNamespace(name="none"))
     began = float(rig.law[0]["position_rad"][0, 0])
@@ -104,9 +108,9 @@ def track(case, seed):
         words += ["off"] * int(
             off > 1.2 * dry / told["stiffness_nm_rad"] + 2e-3 + 0.05 * abs(moved.amplitude_rad)
         )
-        at = np.arange(len(out))
-        swings = out[:, SPEED] - np.polyval(np.polyfit(at, out[:, SPEED], 1), at)
-        words += ["rings"] * int(np.std(swings) > 2e-2)
+        # to and fro: an integral may end a stick late
+        ways = np.sign(out[np.abs(out[:, SPEED]) > 2e-2, SPEED])
+        words += ["rings"] * int(np.count_nonzero(np.diff(ways)) >= 3)
     words += [f"ends {trial.flags!r}"] * (trial.flags not in (ProgramFlag(0), ProgramFlag.DONE))
     live, rest = beside_dead(rig, 1.5)
     trial.out.append(live)
@@ -128,7 +132,7 @@ def hold(case, seed):
     trial.followed(0.2, luck.within(-0.2, 0.2))
     trial.run(0.06)
     if rig.law[1]["state"][0] == State.HOLD:
-        rig.law[1]["energy_port_j"] = luck.one(0.0, -1.0) * rig.law[2]["energy_budget_j"]
+        rig.law[1]["energy_port_j"] = luck.one(0.0, -0.1, -0.5) * rig.law[2]["energy_budget_j"]
     live, seen = beside_dead(rig)
     trial.out.append(live)
     return ended(trial, seen, (State.HOLD,))

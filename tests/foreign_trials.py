@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import foreign_braked
 import numpy as np
-from foreign_braked import GAVE, HAND_SPEED, PLACE, SENT, SPEED, STATE, Rig
+from foreign_braked import GAVE, HAND_SPEED, OUT_X, PLACE, SENT, SPEED, STATE, Rig, X
 from foreign_files import CONFIGS, fitted, model
 from foreign_luck import Luck as _Luck
 
@@ -135,10 +135,11 @@ def hand_of(luck):
 class Trial:
     """One rig, armed, and the programs of an identification for it."""
 
-    def __init__(self, case, seed, bare=True, first=None):
+    def __init__(self, case, seed, bare=True, first=None, at_rad=0.0):
         self.luck = Luck(seed, 1)
         self.loaded = without_feedforward(case.loaded) if bare else case.loaded
         self.rig = Rig(self.loaded, case.axis, seed)
+        self.rig.q[[X, OUT_X]] = at_rad
         if first is not None:
             self.rig.grip(*first)
         self.armed = self.rig.arm_until(5.0)
@@ -197,7 +198,7 @@ def beside_dead(rig, seconds=3.0):
     fed, words = float(live[len(live) // 2 :, GAVE].sum()), []
     grown = loud[5:].max() > max(4 * QUIET, 1.25 * loud[1:5].max(), 1.25 * quiet[5:].max())
     # a link that swings out behind a motor that stands dies as it would anyway
-    dies = loud[-1] * quiet[5] <= 1.1 * loud[5] * quiet[-1]
+    dies = loud[-1] * quiet[5] <= 1.1 * loud[5] * quiet[-1] and quiet[-1] > 0.1 * loud[-1]
     if not (loud[-2:].max() <= max(QUIET, 1.25 * quiet[-2:].max()) or dies) or grown:
         words.append("rings")
     if fed > FED_J:
@@ -206,9 +207,11 @@ def beside_dead(rig, seconds=3.0):
 
 
 def kicks(rig, out):
-    """True where the torque changes by more than its rate while it is not cut."""
+    """True where the torque changes by more than its rate while it is not cut, as above the velocity limit,
+    too."""
     steps = np.abs(np.diff(out[:, SENT], prepend=out[0, SENT]))
     cut = np.isin(out[:, STATE], [State.FAULT, State.ESTOP, State.LOCKOUT])
+    cut |= (out[:, SENT] == 0) & (np.abs(out[:, SPEED]) > 0.9 * rig.law[2]["velocity_limit_rad_s"][0, 0])
     return bool(np.any((steps > rig.law[2]["torque_rate_nm"][0, 0] * (1 + 1e-9)) & ~cut))
 
 

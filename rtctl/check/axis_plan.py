@@ -76,7 +76,9 @@ def _overshoot_limit(told: float) -> float:
     return max(told + MORE_SHARE * (told - OVERSHOOT_UNTOLD), OVERSHOOT_UNTOLD)
 
 
-def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
+def fill_axis(
+    p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint, between: stability.Between
+) -> None:
     """Parameters of axis `a` that follow from its tables and joint."""
     # what accounts credit and our own dampers live on: a hand behind a spring takes the rest away
     sure = p["sure_viscous_nms_rad"][a] = sure_damping(axis.viscous_nms_rad, joint)
@@ -102,8 +104,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     # 0: the window folds nothing back
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor
-    p["temperature_warn_c"][a] = axis.temperature.warn_c
-    p["temperature_trip_c"][a] = axis.temperature.trip_c
+    p["temperature_warn_c"][a], p["temperature_trip_c"][a] = axis.temperature.warn_c, axis.temperature.trip_c
     count_rad = 2 * math.pi / axis.counts_of_turn
     p["count_rad"][a] = count_rad
     # per tick, as the gate has no clock
@@ -126,9 +127,16 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     # b of 4.3: more would be a limit cycle of its own
-    p["injected_damping_max_nms_rad"][a] = p["hold_damping_nms_rad"][a] = sure
+    p["injected_damping_max_nms_rad"][a] = sure
+    p["hold_damping_nms_rad"][a] = sure / _needed_of_own(period_s, between)
     if axis.may_show("admittance"):
         _fill_admittance(p, a, axis, period_s)
+
+
+def _needed_of_own(period_s: float, between: stability.Between) -> float:
+    """Damping that a damper of 1 needs of the joint: 1 however late it is, more where the current overshoots
+    (docs/theory.md 2.4)."""
+    return stability.damping_needed_between(0.0, 1.0, period_s, between) if between.overshoot > 0 else 1.0
 
 
 def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:

@@ -92,7 +92,7 @@ def build(loaded: LoadedConfig) -> Plan:
     p["arming_ticks"] = arming_ticks(lates, T, ARMING_PART_S)
     for a, axis in enumerate(config.axis):
         joint, learned, between = joint_of_axis(loaded, a), _load_model(loaded, axis), lates[a]
-        fill_axis(p, a, axis, T, joint)
+        fill_axis(p, a, axis, T, joint, between)
         # what may be shown: age of samples and all of the lag count, rounded up
         p["follow_delay_ticks"][a] = min(math.ceil(stability.late_ticks(between, T)), HELD - 1)
         acting = between.delay + stability.lag_ticks(between.lag_hz, T)

@@ -25,6 +25,11 @@ LATENESS = (0.0, 0.5, 1.0)
 current may exceed a step by less."""
 STEP, STEPS = math.sqrt(2.0), 13
 """Filters that are tried: each so many times as slow as the one before, and how many."""
+UNSOUND = (
+    "is stable on this joint, elastic and late as it is (docs/theory.md 9.1): declare its damping "
+    "(viscous_nms_rad, drive.joint_damping_nms_rad), make the drive quicker"
+)
+"""Why a rig is refused, behind what is not stable."""
 _FIXED = (1e-3, 1e9)
 """Virtual mass, kg m^2, and spring, N m/rad, by which the reference stands still: its motion changes nothing
 of a linear loop."""

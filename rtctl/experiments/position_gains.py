@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from hw.motion import own_size
-from rtctl.check.speed_servo import slowed_until_quiet
+from rtctl.check.speed_servo import UNSOUND, slowed_until_quiet
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.errors import ConfigError
 from rtctl.experiments.order import Order
@@ -29,11 +29,6 @@ FRICTION_GAIN = 0.95
 # what is left of an error dies away at this rate, to e^-2.4 in the 1.5 s of a step; Routh allows k_d/J = 58
 INTEGRAL_PER_S = 1.6
 """Integral gain over position gain, 1/s."""
-
-UNSOUND = (
-    "no position controller is stable on this joint, elastic and late as it is (docs/theory.md 9.1): declare "
-    "its damping (viscous_nms_rad, drive.joint_damping_nms_rad), or make the drive quicker"
-)
 
 
 def _proportional(axis: AxisTable, slower: float, T: float) -> tuple[float, float, float]:
@@ -56,7 +51,7 @@ def slower_of(loaded: LoadedConfig) -> float:
 
     slower = slowed_until_quiet(loaded, 0, gains)
     if slower is None:
-        raise ConfigError(f"{loaded.path}: axis {axis.name}: {UNSOUND}")
+        raise ConfigError(f"{loaded.path}: axis {axis.name}: no position controller {UNSOUND}")
     return slower
 
 

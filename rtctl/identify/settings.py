@@ -9,7 +9,7 @@ from typing import Any
 
 from hw.motion import words
 from rtctl.check import lateness
-from rtctl.check.speed_servo import slowed_until_quiet
+from rtctl.check.speed_servo import UNSOUND, slowed_until_quiet
 from rtctl.errors import ConfigError
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
@@ -50,11 +50,6 @@ Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts 
 g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
 Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
 joint, which then jumps from count to count."""
-
-UNSOUND = (
-    "no speed servo is stable on this joint, elastic and late as it is (docs/theory.md 9.1): declare its "
-    "damping (viscous_nms_rad, drive.joint_damping_nms_rad), make the drive quicker, or use identify --log"
-)
 
 
 @dataclass(frozen=True)
@@ -278,7 +273,7 @@ def _stable_servos(loaded: LoadedConfig, rig: Rig) -> tuple[tuple[float, float],
 
     found = [slowed(*one) for one in SERVOS]
     if found[0] is None:
-        raise ConfigError(f"{loaded.path}: axis {rig.axis}: {UNSOUND}")
+        raise ConfigError(f"{loaded.path}: axis {rig.axis}: no speed servo {UNSOUND}, or use identify --log")
     return tuple(one for one in found if one is not None)
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from seed import Seed
 
-PROGRAM = ("tests/unit/control/test_program.py",)
-RENDERER = ("tests/unit/control/test_renderer_sequences.py",)
+BRAKE, RENDERER = "tests/unit/control/test_program.py::", "tests/unit/control/test_renderer_sequences.py::"
+STOPPED = (f"{BRAKE}test_a_brake_that_has_stopped_a_joint_is_one_that_no_hand_makes_ring",)
+FILTER = (f"{BRAKE}test_the_filter_of_a_program_goes_by_time_and_not_by_samples",)
+AFTER = (f"{BRAKE}test_a_brake_after_a_servo_that_stands_still_brakes_what_still_moves",)
+HOLD = (f"{RENDERER}test_a_deficit_before_hold_adds_nothing_to_its_damping",)
 QUIET = ("tests/unit/identify/test_quiet_servo.py::test_a_controller_of_positions_is_slowed_likewise",)
 
 SEEDS = (
@@ -16,35 +19,35 @@ SEEDS = (
         "    if p.sure_viscous_nms_rad[axis] < p.viscous_nms_rad[axis] and not (\n"
         "        s.program_velocity_rad_s[axis] * s.program_speed_rad_s[axis] > 0.0\n"
         "    ):\n",
-        PROGRAM,
+        STOPPED,
     ),
     Seed(
         "the filter of a program takes one step a sample",
         "rtctl/control/program.py",
         "            for _ in range(elapsed):\n",
         "            for _ in range(1):\n",
-        PROGRAM,
+        FILTER,
     ),
     Seed(
         "a brake after a servo goes by the servo's reference",
         "rtctl/control/program.py",
         "    if before != _SERVO or s.program_kind[axis] != _SERVO:\n",
         "    if before != _SERVO or s.program_kind[axis] == _TRACK:\n",
-        PROGRAM,
+        AFTER,
     ),
     Seed(
         "a deficit adds to the damping of HOLD",
         "rtctl/control/law.py",
         "min(max(-p.hold_damping_nms_rad[axis] * t.velocity",
         "min(max(-2 * p.hold_damping_nms_rad[axis] * t.velocity",
-        RENDERER,
+        HOLD,
     ),
     Seed(
         "HOLD tells of damping that it does not inject",
         "rtctl/control/law.py",
         "    t.injected_damping_nms_rad[axis] = 0.0\n    cap = ",
         "    cap = ",
-        RENDERER,
+        HOLD,
     ),
     Seed(
         "controllers of positions take every joint for a rigid one",
@@ -52,5 +55,22 @@ SEEDS = (
         "_proportional(axis, slower, T)\n    g[",
         "_proportional(axis, 1.0, T)\n    g[",
         QUIET,
+    ),
+    Seed(
+        "HOLD forgets that the current overshoots",
+        "rtctl/check/axis_plan.py",
+        "sure / _needed_of_own(period_s, between)",
+        "sure",
+        (
+            "tests/unit/control/test_sure_damping.py::"
+            "test_behind_a_current_that_overshoots_hold_takes_less_than_is_sure",
+        ),
+    ),
+    Seed(
+        "a guard takes the brake for one that is never late",
+        "rtctl/identify/travel_guard.py",
+        "    late_rad = rig.late_s * speed_rad_s\n",
+        "    late_rad = 0.0\n",
+        ("tests/unit/identify/test_travel_guard.py::test_a_joint_runs_on_as_far_as_the_brake_lets_it",),
     ),
 )

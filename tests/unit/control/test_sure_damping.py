@@ -112,6 +112,24 @@ def test_the_plan_of_an_elastic_joint_says_what_is_sure():
         assert p[name][0] == sure
 
 
+def test_behind_a_current_that_overshoots_hold_takes_less_than_is_sure():
+    """Against the frequency response, written anew: difference, hold and delay of a tick each turn it."""
+    loaded = load(CONFIGS / "mock.toml")
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    b, T, hz, share = table["axis"][0]["viscous_nms_rad"], loaded.config.period_s, 100.0, 0.3
+    table["axis"][0]["coupling"]["delay_ticks"] = 6.0
+    table["axis"][0]["drive"] |= {"current_loop_hz": hz, "current_overshoot": share}
+    held = build(loaded.model_copy(update={"config": Config.model_validate(table)})).params[0]
+    s = 2j * np.pi * np.geomspace(1.0, 400.0, 4000)
+    damped = -np.log(share) / np.hypot(np.pi, np.log(share))
+    quick = 2 * np.pi * hz
+    loop = quick**2 / (s**2 + 2 * damped * quick * s + quick**2)
+    answer = loop * ((1 - np.exp(-s * T)) / (s * T)) ** 2 * np.exp(-6 * s * T)
+    assert b + b * answer.real.min() < 0.0, "else nothing is asked"
+    assert b + held["hold_damping_nms_rad"][0] * answer.real.min() >= 0.0
+    assert held["hold_damping_nms_rad"][0] > 0.5 * b
+
+
 def helped(loaded, **axis):
     """The rig file with four fifths of the viscous friction compensated."""
     table = loaded.config.model_dump(mode="json", by_alias=True)

@@ -5,13 +5,14 @@ With the gains of a rigid joint 14 of 40 random ones rang at .2 N m and more (de
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from identified import CONFIG, variant
 
 from rtctl.errors import ConfigError, FaultError
-from rtctl.experiments.position_gains import slower_of
+from rtctl.experiments.position_gains import gains_of, slower_of
 from rtctl.experiments.simulated_identification import drive
 from rtctl.identify.motion import Motion, Order
 from rtctl.identify.session import arm
@@ -122,8 +123,11 @@ def test_a_resonance_that_the_rig_file_names_slows_it_though_nothing_else_calls_
 
 
 def test_a_controller_of_positions_is_slowed_likewise(tmp_path):
-    found = [slower_of(rig_with(tmp_path, 100, 0.8, late)) for late in (0, 1, 2)]
+    rigs = [rig_with(tmp_path, 100, 0.8, late) for late in (0, 1, 2)]
+    found = [slower_of(rig) for rig in rigs]
     assert found[0] == 1.0 < found[1] < found[2]
+    gains = [gains_of(SimpleNamespace(loaded=rig), "PD")["kp_nm_rad"][0] for rig in rigs]
+    assert gains == pytest.approx([gains[0] / slower**2 for slower in found])
     assert slower_of(load(CONFIGS / "mock-elastic.toml")) == 1.0
     with pytest.raises(ConfigError, match=r"joint: no position controller .*joint_damping_nms_rad"):
         slower_of(rig_with(tmp_path, 100, 0.8, 3, damped=1e-12, told=1e-12))

@@ -58,6 +58,14 @@ def test_what_is_declared_late_is_late(tmp_path):
     assert rig.torque_rate_nm_s == 400.0
 
 
+def test_a_rig_knows_how_late_its_brake_acts(tmp_path):
+    assert RIG.late_s == pytest.approx(1e-3), "a sample"
+    drive = ("current_limit_a = 10.0", "current_limit_a = 10.0\ndrive = { current_loop_hz = 200.0 }")
+    seldom = ("seed = 1 ", "timing = { sample_every_ticks = 3, transport_delay_ticks = 6.0 }\nseed = 1 ")
+    late = rig_of(load(variant(tmp_path, drive, seldom)), QUICK)
+    assert late.late_s == pytest.approx(9e-3 + 1 / (2 * np.pi * 200.0))
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_guard_leaves_room_to_be_braked_and_none_is_met_in_time(way):
     rig, travel = replace(RIG, position_min_rad=-1.5, position_max_rad=1.5), (-1.45, 1.45)
