@@ -96,6 +96,9 @@ def test_the_handle_feels_what_moves_it():
     one.hold(0.0)
     one.advance()
     assert one.sensed[1] == 0.0
+    one.hold(1.0)
+    one.advance()
+    assert one.sensed[1] == 0.0, "it is gripped where it is"
 
 
 def test_an_engine_that_raises_is_told(monkeypatch):
