@@ -24,7 +24,8 @@ from rtctl.control.vocabulary import Policy
 HANDS = {"100, .3": (100.0, 0.3), "5, .1": (5.0, 0.1), "20, .1": (20.0, 0.1)}
 """N m/rad, N m s/rad."""
 FROM_S, MOVED_S, HELD_S, LATE_S = 3.0, 4.0, 5.0, 2.0
-LENGTHS = {"told 1.9 mrad": 1.9e-3, "told .3 mrad": 3e-4}
+LENGTHS = {"told 1.9 mrad": 1.9e-3, "told .3 mrad": 3e-4, "as it is": 0.0}
+"""Presliding lengths that the account of the first help is told; the last is today's help, nothing forced."""
 
 
 def sine(time_s):
@@ -37,7 +38,7 @@ def held(loaded, joint, hand, length, device, policy=None):
     one = rig.Rig(loaded, joint, made, plants.World(), device, 21, policy)
     forced = AS_IN_THE_FIRST_RELEASES | {"presliding_rad": length}
     for name, value in forced.items():
-        if policy is None:
+        if policy is None and length:
             one.law[2][name] = value
     one.wish = sine
     if not one.arm():
@@ -45,7 +46,8 @@ def held(loaded, joint, hand, length, device, policy=None):
     one.run(FROM_S + MOVED_S - one.time_s)
     speeds = []
     while one.active and len(speeds) < HELD_S / FORGETS_S:
-        forget(one.law[1])
+        if policy is None and length:
+            forget(one.law[1])
         speeds.append(one.run(FORGETS_S)[:, :2])
     speed = np.concatenate(speeds) if speeds else np.zeros((1, 2))
     late = round(LATE_S / one.period_s)

@@ -37,7 +37,7 @@ class Stepped:
         if h.kind not in ("arm", "nobody") or w.kind not in ("", "wall"):
             raise ValueError(f"no hand {h.kind!r} or world {w.kind!r} of such an engine")
         end = w.at if w.kind else math.inf
-        self.joint, self.hand, self.step_s, self.held = j, h, device.step_s, 1.0
+        self.joint, self.hand, self.step_s, self.held, self.grips = j, h, device.step_s, 1.0, 0.0
         self.masses = [Mass("motor", j.motor, j.viscous, j.dry, math.inf if j.link > 0 else end)]
         if j.link > 0:
             self.masses.append(Mass("link", j.link, j.link_viscous, j.link_dry, end))
@@ -71,7 +71,9 @@ class Stepped:
             torques[1] = gear
             torques[0] = -gear
         if arms:
-            felt = self.held * (h.grip * (q[arm] - q[link]) + h.grip_damping * (v[arm] - v[link]))
+            felt = self.held * (
+                h.grip * (q[arm] - q[link] - self.grips) + h.grip_damping * (v[arm] - v[link])
+            )
             torques[arm] = pulled - h.spring * q[arm] - h.damper * v[arm] - felt
             torques[link] += felt
         torques[0] += self.current
@@ -85,4 +87,7 @@ class Stepped:
             raise DivergedError(f"the engine's simulation is not to be trusted: {why}")
 
     def hold(self, share):
-        self.held = float(share > 0.5)
+        held, (link, arm, _) = float(share > 0.5), self.at
+        if held > self.held:  # where the handle is: it is not thrown
+            self.grips = self.q[arm] - self.q[link]
+        self.held = held

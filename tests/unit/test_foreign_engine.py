@@ -8,9 +8,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from foreign_engine import engines, plants
+from foreign_engine import engines, plants, rig
+from foreign_engine.backend import Engine
+from foreign_engine.options import EngineOptions
 from foreign_engine.sound import DivergedError, refuse_diverged
 from foreign_engine.stepped import Stepped
+from foreign_files import CONFIGS
+
+from rtctl.rig_file.config import load
+from rtctl.tick import new_ticks
 
 Kinds = Enum("Kinds", {"CNSTRFULL": 0, "BADQACC": 1})
 ENGINES = {"mujoco": "mujoco", "dart": "dartpy", "bullet": "pybullet"}
@@ -96,6 +102,9 @@ def test_the_handle_feels_what_moves_it():
     one.hold(0.0)
     one.advance()
     assert one.sensed[1] == 0.0
+    one.hold(1.0)
+    one.advance()
+    assert one.sensed[1] == 0.0, "it is gripped where it is"
 
 
 def test_an_engine_that_raises_is_told(monkeypatch):
@@ -133,6 +142,34 @@ def test_an_engines_joint_sticks_and_slides_as_it_was_given(name):
     # J dv/dt = torque - dry - b v
     wanted = (0.35 - joint.dry) / joint.viscous * -math.expm1(-0.6 * joint.viscous / joint.motor)
     assert one.qvel[0] == pytest.approx(wanted, rel=0.01)
+
+
+def test_a_step_that_does_not_divide_the_period_is_refused():
+    """Three of .4 ms in a period of 1 ms: the joint was 1.2 times as fast as its law's clock."""
+    loaded, device = load(CONFIGS / "mock.toml"), plants.Device(step_s=4e-4)
+    with pytest.raises(ValueError, match=r"2\.5 steps"):
+        rig.Rig(loaded, plants.Joint(), NOBODY, plants.World(), device)
+
+
+def test_an_engine_is_a_backend():
+    pytest.importorskip("dartpy")
+    hardware = SimpleNamespace(
+        n_axes=1, period_s=1e-3, encoder_counts_per_rev=[1e6], gear_ratio=[1.0], gear_efficiency=[1.0],
+        torque_constant_nm_a=[0.5],
+    )  # fmt: skip
+    options = EngineOptions(
+        engine="dart", joint={"motor": 0.012, "viscous": 0.05, "dry": 0.25}, step_s=STEP_S
+    )
+    one, tick = Engine(options.model_dump(), hardware), new_ticks(1, 1)
+    one.open()
+    tick["torque_applied_nm"], tick["enabled"] = 0.35, 1
+    for _ in range(600):
+        one.write(tick)
+    one.read(tick)
+    assert tick["current_a"][0, 0] == pytest.approx(0.7, abs=0.02)
+    assert tick["position_rad"][0, 0] > 0.1
+    assert tick["sample_count"][0] == 1
+    one.close()
 
 
 def test_every_row_of_the_engines_is_asked():
