@@ -45,7 +45,7 @@ def nearer_before(one: Judgement) -> bool:
     chance = fdtri(judged, free, np.sqrt(1 - RIGHT_REFUSED))
     fitted = (one.floor_rmse_nm or 0.0) ** 2 * judged / free
     allowed = (one.allowed_rmse_nm or 0.0) ** 2 - (chance - 1) * fitted
-    return (one.rmse_nm or 0.0) ** 2 > allowed
+    return bool((one.rmse_nm or 0.0) ** 2 > allowed)
 
 
 def refused(model: FrictionModel, points: FrictionPoints) -> dict[str, bool]:
