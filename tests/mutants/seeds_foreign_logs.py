@@ -315,9 +315,9 @@ SEEDS = (
     ),
     Seed(
         "a row for each signal is a table without that column",
-        "hw/playback/text_table.py",
-        "    if of is None:\n",
-        "    if of is not None:\n",
+        "hw/playback/wrong_cells.py",
+        "    if not columns:\n",
+        "    if columns:\n",
         LAYOUTS,
     ),
     Seed(

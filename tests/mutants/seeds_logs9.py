@@ -45,6 +45,22 @@ SEEDS = (
         ("tests/unit/hw/test_mock_options.py",),
     ),
     Seed(
+        "a smoothed position turns its friction over at once",
+        "rtctl/friction/logs/smoothed.py",
+        "turned = np.column_stack([balance.acceleration, balance.velocity, means[rows, 1]])",
+        "turned = balance.motion",
+        ("tests/unit/friction/test_processed_logs.py::"
+            "test_a_smoothed_position_turns_its_friction_over_as_slowly",),
+    ),
+    Seed(
+        "an echo is a torque that is late",
+        "rtctl/friction/logs/late_torques.py",
+        "if delay > 0 and (again := _echo(balance, plain, one)):",
+        "if False and (again := _echo(balance, plain, one)):",
+        ("tests/unit/friction/test_processed_logs.py::"
+            "test_an_echo_of_the_torque_is_told_and_a_late_torque_is_none",),
+    ),
+    Seed(
         "test points are held against what was held out alone",
         "rtctl/friction/learn/report_sentences.py",
         "before_nm = max(held_out_nm, expected_nm)",

@@ -109,7 +109,7 @@ def test_a_column_that_was_smoothed_both_ways_is_told(column, seconds, tmp_path)
 def test_a_smoothed_position_turns_its_friction_over_as_slowly(tmp_path):
     """With the sign of the motion as it is the cause explained too little of this chirp, and another one was
     told."""
-    loop = drawn(3004)
+    loop = drawn(3002)
     log = written(loop)
     rows = round(0.2 * loop.log_hz) | 1
     spoilt = replace(log, position=uniform_filter1d(log.position, rows, mode="nearest"))
@@ -125,7 +125,7 @@ def test_an_echo_of_the_torque_is_told_and_a_late_torque_is_none(later_s, tmp_pa
     rows = round((later_s or 0.02) / step)
     before = np.concatenate([np.full(rows, log.torque[0]), log.torque[:-rows]])
     torque = log.torque + 0.4 * before if later_s else before
-    _code, _, found, error = identified(SINES, tmp_path, log=replace(log, torque=torque))
+    _, _, found, error = identified(SINES, tmp_path, log=replace(log, torque=torque))
     said = " ".join([*found.get("warnings", ()), error])
     assert ("came once more" in said) == bool(later_s), said
     assert later_s or "the drive's echo of a command" in said
