@@ -1,13 +1,25 @@
 """A rig that was stopped because this machine stood still: whoever asks for something else asks again."""
 
+from contextlib import contextmanager
+
+import pytest
 from patience import PATIENCE_S, until
 
+from rtctl.client import RigClient
 from rtctl.errors import RefusedError
 
 OF_THIS_MACHINE = {"TARGET_LOST", "HOST_SILENT", "OVERRUN", "STALLED"}
 """Faults of a renderer, a host or a loop that came too late."""
 
 TRIES = 10
+
+
+@contextmanager
+def patient_clients():
+    """Clients of this process wait for as long as a loaded machine may take, where nobody says how long."""
+    with pytest.MonkeyPatch.context() as patience:
+        patience.setitem(RigClient.__init__.__kwdefaults__, "timeout_s", PATIENCE_S)
+        yield patience
 
 
 def stopped_by(events):
