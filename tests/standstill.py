@@ -11,6 +11,9 @@ from rtctl.errors import RefusedError
 OF_THIS_MACHINE = {"TARGET_LOST", "HOST_SILENT", "OVERRUN", "STALLED"}
 """Faults of a renderer, a host or a loop that came too late."""
 
+VOID = {"wrong_epoch", "lease_lost", "not_ready"}
+"""How a request is refused after a stop."""
+
 TRIES = 10
 
 
@@ -24,14 +27,14 @@ def patient_clients():
 
 def stopped_by(events):
     """Names of the faults that have stopped a rig, once it is at rest, by a stream of its events from before
-    that.
+    that; none where its host had stood still, which then stops it without a fault.
     """
     faults = set()
 
     def is_over():
         event = events.receive(0.1) or {}
         faults.update({event["name"]} if event.get("event") == "fault" else ())
-        return faults and event.get("to") in ("IDLE", "FAULT")
+        return event.get("to") in ("IDLE", "FAULT")
 
     until(is_over, "the end of a stop")
     return faults
@@ -45,8 +48,8 @@ def undisturbed(rig, attempt):
         with rig.events() as events:
             try:
                 return attempt()
-            except RefusedError:
-                if not left or not stopped_by(events) & OF_THIS_MACHINE:
+            except RefusedError as refused:
+                if not left or refused.code not in VOID or not stopped_by(events) <= OF_THIS_MACHINE:
                     raise
         if rig.status()["state"] == "FAULT":
             rig.reset(timeout_s=PATIENCE_S)
