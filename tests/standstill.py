@@ -25,15 +25,17 @@ def patient_clients():
         yield patience
 
 
-def stopped_by(events):
+def stopped_by(rig, events):
     """Names of the faults that have stopped a rig, once it is at rest, by a stream of its events from before
     that; none where its host had stood still, which then stops it without a fault.
     """
     faults = set()
 
     def is_over():
-        event = events.receive(0.1) or {}
-        faults.update({event["name"]} if event.get("event") == "fault" else ())
+        event = events.receive(1.0)
+        if event is None:  # a stop of a rig at rest is no event
+            return rig.status()["state"] in ("IDLE", "FAULT")
+        faults.update({event["name"]} if event["event"] == "fault" else ())
         return event.get("to") in ("IDLE", "FAULT")
 
     until(is_over, "the end of a stop")
@@ -49,7 +51,7 @@ def undisturbed(rig, attempt):
             try:
                 return attempt()
             except RefusedError as refused:
-                if not left or refused.code not in VOID or not stopped_by(events) <= OF_THIS_MACHINE:
+                if not left or refused.code not in VOID or not stopped_by(rig, events) <= OF_THIS_MACHINE:
                     raise
         if rig.status()["state"] == "FAULT":
             rig.reset(timeout_s=PATIENCE_S)

@@ -67,7 +67,7 @@ def test_the_snippets_run_as_written_and_the_rig_stays_armed_until_the_last_one_
             except RefusedError as refused:
                 if refused.code not in VOID:
                     raise
-                assert stopped_by(events) <= OF_THIS_MACHINE, "stopped, but not for its silence"
+                assert stopped_by(rig, events) <= OF_THIS_MACHINE, "stopped, but not for its silence"
                 until(lambda: rig.latest_state().state == State.IDLE)
                 continue
             until(lambda: rig.latest_state().state == State.IDLE)
