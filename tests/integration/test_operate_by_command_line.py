@@ -11,10 +11,10 @@ import pytest
 from click.testing import CliRunner
 from fake_rig import FakeRig
 from patience import PATIENCE_S, until
+from standstill import patient_clients
 
 from rtctl.cli import cli, operate
 from rtctl.cli.command_table import COMMANDS
-from rtctl.client import RigClient
 from rtctl.errors import ClientError, RefusedError
 
 NAMING = ("status", "arm", "stop", "reset", "tare", "adapt", "monitor", "record", "events", "view", "world")
@@ -34,8 +34,7 @@ def rig(root):
 
 def call(root, *arguments):
     """As ever, but for how long a loaded machine is waited for."""
-    with pytest.MonkeyPatch.context() as patience:
-        patience.setitem(RigClient.__init__.__kwdefaults__, "timeout_s", PATIENCE_S)
+    with patient_clients() as patience:
         patience.setattr(operate, "STOP_S", PATIENCE_S)
         return CliRunner().invoke(cli, [*arguments, "--runtime-dir", str(root)])
 

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from nursery import Program
 from patience import PATIENCE_S, until
 from ports import free_ports
+from standstill import patient_clients
 
 from rtctl.cli import cli
 from rtctl.client import RigClient
@@ -102,7 +103,9 @@ def test_the_page_comes_with_the_rig_comes_back_when_it_dies_and_goes_with_it(ri
     with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as client:
         client.hello()
         assert page(port)[0] == 200
-        told = CliRunner().invoke(cli, ["view", "mock", "--runtime-dir", str(folder)], catch_exceptions=False)
+        with patient_clients():
+            asked = ["view", "mock", "--runtime-dir", str(folder)]
+            told = CliRunner().invoke(cli, asked, catch_exceptions=False)
         assert (folder / "mock/view").read_text().strip() in told.output
         first = view_of(process.pid)
         os.kill(first, signal.SIGKILL)

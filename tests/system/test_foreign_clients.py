@@ -101,7 +101,7 @@ def run_in_time(rig, command, *more):
     for _ in range(TRIES):
         with rig.events() as events:
             done = run(command, *more)
-            if done.returncode == 0 or not stopped_by(events) & OF_THIS_MACHINE:
+            if done.returncode == 0 or not stopped_by(rig, events) <= OF_THIS_MACHINE:
                 break
     return done
 
