@@ -66,14 +66,8 @@ _OF_LEARNING = {"save_model", "plot", "presliding_rad", "train_share", "epsilon_
 @click.option(
     "--hand-torque", callback=_column, metavar="COLUMN", help="torque of the hand on the joint, N m"
 )
-@click.option(
-    "--inertia-kgm2", type=_NUMBER, help="inertia; default: CONFIG's, or that of the logs learned from"
-)
-@click.option(
-    "--fit-inertia",
-    is_flag=True,
-    help="inertia of the logs, not CONFIG's: of those learned from, or of the log itself",
-)
+@click.option("--inertia-kgm2", type=_NUMBER, help="inertia; default: CONFIG's, or by regression in each log")
+@click.option("--fit-inertia", is_flag=True, help="inertia by regression in each log, also with CONFIG")
 @click.option("--torque-limit-nm", type=_NUMBER, default=1.0, help="without CONFIG")
 @click.option("--lever-m", type=_NUMBER, default=0.1, help="without CONFIG")
 @click.option("--counts-per-rev", type=_NUMBER, default=100_000.0, help="without CONFIG")
@@ -149,14 +143,11 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 def _lines(result: dict[str, Any], job: Job) -> list[str]:
     log = result["log"]
     lines = [f"log      {log['file']} ({log['samples']} friction samples, {result['rate_hz']:.6g} Hz)"]
-    lines += [_regression(log), f"{_taken(log)}, bias {1e3 * log['bias_nm']:+.1f} mN m"]
-    lines += _warnings(result["warnings"])
+    lines += [_dynamics(log), *_warnings(result["warnings"])]
+    for each in result["fit"]["logs"] if "fit" in result else ():
+        lines += [f"fit from {each['file']}", _dynamics(each)]
     if "fit" in result:
         fit = result["fit"]
-        lines += [
-            f"fit from {each['file']} (offset {1e3 * each['bias_nm']:+.1f} mN m)" for each in fit["logs"]
-        ]
-        lines += [_regression(fit), _taken(fit)]
         lines.append(
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
@@ -186,29 +177,23 @@ def _presliding(found: dict[str, Any] | None, motion: str) -> str:
     return str(Presliding(**found))
 
 
-def _regression(log: dict[str, Any]) -> str:
+def _dynamics(log: dict[str, Any]) -> str:
     found = log["regression"]
     return (
         f"         regression: inertia {found['inertia_kgm2']:.4g} kg m^2, "
         f"viscous {found['viscous_nms_rad']:.4g} N m s/rad, "
         f"levels {1e3 * found['level_forward_nm']:+.1f} / {1e3 * found['level_backward_nm']:+.1f} mN m, "
-        f"residual {1e3 * found['rms_nm']:.2f} mN m"
+        f"residual {1e3 * found['rms_nm']:.2f} mN m\n"
+        f"         taken: inertia {log['inertia_kgm2']:.4g} kg m^2, bias {1e3 * log['bias_nm']:+.1f} mN m"
     )
-
-
-def _taken(log: dict[str, Any]) -> str:
-    return f"         taken: inertia {log['inertia_kgm2']:.4g} kg m^2"
 
 
 def _prediction(title: str, found: dict[str, Any]) -> str:
     if found.get("trained_on_it"):
         title += " (which is among the training logs)"
-    sliding_nm = found["rmse_sliding_nm"]
-    # NaN: of the held-out rest, or of a log too poor to say which rows slide
-    slides = f", {1e3 * sliding_nm:.2f} where it slides" if sliding_nm == sliding_nm else ""
     return (
         f"friction of {title}: RMS {1e3 * found['friction_rms_nm']:.2f} mN m, "
-        f"error {1e3 * found['rmse_nm']:.2f} mN m{slides}\n"
+        f"error {1e3 * found['rmse_nm']:.2f} mN m\n"
         f"         (forward {1e3 * found['rmse_forward_nm']:.2f}, backward "
         f"{1e3 * found['rmse_backward_nm']:.2f}; one curve for both directions "
         f"{1e3 * found['rmse_symmetric_nm']:.2f}), {100 * found['in_range_share']:.1f} % in the trained "

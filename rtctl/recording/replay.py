@@ -21,7 +21,6 @@ from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
 from rtctl.recording.read_ahead import ahead
 from rtctl.recording.reader import Batch, RecordingReader
-from rtctl.tick import copied
 
 
 @dataclass
@@ -207,7 +206,7 @@ class Replay:
         replayed, differs = law.run(rows, piece.commands, piece.which)
         law_s = time.perf_counter() - began
         found = self._compared_with(rows, replayed) if differs.any() else (None, {})
-        return _Found(copied(law.state), law_s, *found)
+        return _Found(np.array(law.state).copy(), law_s, *found)
 
     def _pieces(self) -> Iterator[_Piece]:
         """What can be replayed, chunk by chunk."""

@@ -38,8 +38,7 @@ class CouplingTable(Table):
 
 
 OVERSHOOT_UNTOLD = 0.05
-"""A current that exceeds its steps by less passes the test pulse, so a coupling is proved for it (decision
-0176)."""
+"""What surely passes the test pulse, so a coupling is proved for it (decision 0176)."""
 
 
 class DriveTable(Table):
@@ -52,8 +51,7 @@ class DriveTable(Table):
     current_overshoot: float = number(
         0,
         0.6,
-        "by what share the current exceeds a step: what the test pulse of arming cannot tell, unless the "
-        "file says less; 0: surely a loop of first order (`rtctl probe --pulses` tells)",
+        "by what share the current exceeds a step; 0: surely of first order (`rtctl probe --pulses` tells)",
         default=OVERSHOOT_UNTOLD,
     )
     current_gain_error: float = number(
@@ -145,10 +143,7 @@ class AxisTable(Table):
     )
     inertia_kgm2: float = number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
     viscous_nms_rad: float = number(
-        0,
-        1e4,
-        "b: guaranteed viscous damping at the link, amplifier as in use; both sides of an elastic joint "
-        "together",
+        0, 1e4, "b: guaranteed viscous damping, amplifier as in use, of both sides of an elastic joint"
     )
     encoder_counts_per_rev: float = number(1, 1e9, "counts per turn of the link")
     gear_ratio: float = number(1e-3, 1e4, "motor turns per link turn", default=1.0)

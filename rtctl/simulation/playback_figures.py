@@ -1,26 +1,36 @@
-"""The friction in one recording that a model is judged by, as figures."""
+"""Friction that is learned from one recording and judged on another, as figures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
+
+import numpy as np
 
 from hw.interface import Rig
 from rtctl.errors import DataError
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.learn.hold_out import way_for
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
+    STRETCH_PERIODS,
     AxisLog,
     Dynamics,
     differentiate,
     regress,
 )
-from rtctl.friction.logs.log_input import aligned, radian_of
-from rtctl.friction.logs.log_points import read_in_time
-from rtctl.friction.logs.logs import FrictionSamples, friction_samples
+from rtctl.friction.logs.log_input import aligned, of_file, radian_of
+from rtctl.friction.logs.log_points import checked, read_in_time
+from rtctl.friction.logs.logs import FrictionSamples, friction_samples, level_points, pool
 from rtctl.friction.logs.regressors import regressors
 from rtctl.friction.logs.springs import Spring, spring_in
+from rtctl.friction.model import FrictionModel
+from rtctl.friction.points import FrictionPoints
+from rtctl.simulation.playback_doubts import Log, against_identify
+from rtctl.simulation.playback_interaction import rms
 from rtctl.simulation.playback_run import load_log
 
 EPSILON_NM = 0.001
@@ -31,8 +41,7 @@ EPSILON_NM = 0.001
 class Settings:
     """How friction is taken out of a log.
 
-    `inertia_kgm2` None: that of the logs learned from (`rtctl identify --log`); of a log alone by its own
-    regression. `bias` "midpoint": see `friction_samples`.
+    `inertia_kgm2` None: by regression, in each log for itself. `bias` "midpoint": see `friction_samples`.
     `train_share` below 1 trains on the first part of each log's time and holds the rest out."""
 
     inertia_kgm2: float | None = None
@@ -45,17 +54,20 @@ class Settings:
 
 @dataclass(frozen=True)
 class Judged:
-    """One log with its dynamics, the inertia and bias taken, its friction samples, and those of rows that
-    slide, where that can be told; all without the torque of `spring`, where something that goes by the
-    place plainly acts."""
+    """One log with its dynamics, the inertia and bias taken, and its friction samples; all without the torque
+    of `spring`, where something that goes by the place plainly acts."""
 
     log: AxisLog
     dynamics: Dynamics
     inertia_kgm2: float
     bias_nm: float
     samples: FrictionSamples
-    sliding: FrictionSamples | None = None
     spring: Spring | None = None
+
+    @property
+    def regressed(self) -> Log:
+        """File and regression."""
+        return self.log.source, self.dynamics
 
     def summary(self) -> dict[str, Any]:
         """Plain figures for the report."""
@@ -66,6 +78,19 @@ class Judged:
             "bias_nm": self.bias_nm,
             "samples": len(self.samples.time_s),
         }
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held
+    out of it (or None), and what `rtctl identify --log` would say of the logs."""
+
+    model: FrictionModel
+    symmetric: FrictionModel
+    logs: tuple[Judged, ...]
+    points: FrictionPoints
+    held_out: FrictionSamples | None
+    warnings: tuple[str, ...] = ()
 
 
 def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
@@ -112,22 +137,84 @@ def _judged(log: AxisLog, settings: Settings) -> Judged:
     samples = friction_samples(
         log, inertia, bias_nm=bias, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
     )
-    return Judged(log, dynamics, inertia, bias, samples, _sliding(log, inertia, bias, settings))
+    return Judged(log, dynamics, inertia, bias, samples)
 
 
-def with_inertia(judged: Judged, inertia_kgm2: float, settings: Settings) -> Judged:
-    """The same log with another inertia."""
-    return replace(_judged(judged.log, replace(settings, inertia_kgm2=inertia_kgm2)), spring=judged.spring)
+def learn(
+    files: Sequence[Path], options: Mapping[str, Any], rig: Rig, settings: Settings, rig_name: str
+) -> Learned:
+    """Learn a model from one or more logs that share the columns of `options`, mended and looked at as by
+    `rtctl identify --log`.
 
-
-def _sliding(log: AxisLog, inertia_kgm2: float, bias_nm: float, settings: Settings) -> FrictionSamples | None:
-    """Friction on the rows that `rtctl identify --log` would take: those behind a turn are not among them."""
-    try:
-        signals = regressors(log, settings.cutoff_hz, settings.speed_min_rad_s)
-    except DataError:
-        return None
-    rows = signals.sliding
-    friction = signals.torque_nm - inertia_kgm2 * signals.acceleration_rad_s2 - bias_nm
-    return FrictionSamples(
-        signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], log.source, log.sha256
+    Raises
+    ------
+    ConfigError, DataError
+        A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails."""
+    # the columns of one log are those of all
+    of_files = [of_file(options, file) for file in files]
+    # the same checks as of `rtctl identify --log`: what that refuses nothing is learned from
+    found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)
+    logs = tuple(_judged(part, settings) for stretches in found.logs for part in _long(stretches, settings))
+    seen, held = [], []
+    for each in logs:
+        # by time, not at random: samples beside each other are not independent
+        end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
+        seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
+        # empty where all is trained on
+        held.append(each.samples.between(end, np.inf))
+    points = replace(level_points(pool(seen)), motion=rig.moves(0)[0])
+    regressed, given = [each.regressed for each in logs], settings.inertia_kgm2 is not None
+    return Learned(
+        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
+        # beside it, from the same points: what directions are worth is the difference
+        symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
+        logs=logs,
+        points=points,
+        held_out=pool(held) if settings.train_share < 1 else None,
+        warnings=(*found.warnings, *against_identify(found.fit, regressed, inertia_given=given)),
     )
+
+
+def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]:
+    """Stretches that the low-pass leaves enough of; the longest where there is none."""
+    least_s = STRETCH_PERIODS / settings.cutoff_hz
+    long = [part for part in stretches if len(part.position_rad) >= least_s * part.rate_hz]
+    return long or sorted(stretches, key=lambda part: len(part.position_rad))[-1:]
+
+
+def mirrored(points: FrictionPoints) -> FrictionPoints:
+    """Each point in both directions: what a learner sees that takes friction for symmetric."""
+    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))  # magnitudes, both ways
+    return replace(
+        points,
+        velocity_rad_s=np.concatenate([speed, -speed]),
+        friction_nm=np.tile(points.friction_nm, 2),
+        direction=np.concatenate([one, -one]),
+        std_nm=np.tile(points.std_nm, 2),
+        count=np.tile(points.count, 2),
+        columns={name: np.tile(column, 2) for name, column in points.columns.items()},
+    )
+
+
+def prediction(learned: Learned, samples: FrictionSamples) -> dict[str, Any]:
+    """How well the models predict friction samples they have not seen, N m RMS."""
+    v, friction = samples.velocity_rad_s, samples.friction_nm
+    # the model has magnitudes, samples have the sign of the motion
+    error = friction - np.sign(v) * learned.model.magnitude(v)
+    return {
+        "samples": len(v),
+        "friction_rms_nm": rms(friction),
+        "rmse_nm": rms(error),
+        "rmse_forward_nm": rms(error[v > 0]),
+        "rmse_backward_nm": rms(error[v < 0]),
+        "rmse_symmetric_nm": rms(friction - np.sign(v) * learned.symmetric.magnitude(v)),
+        "in_range_share": in_range_share(learned.model, v),
+    }
+
+
+def in_range_share(model: FrictionModel, velocity_rad_s: np.ndarray) -> float:
+    """Share of samples not faster than what the model was trained on, in their direction."""
+    forward, backward = (branch.speed_max_rad_s for branch in model.branches)
+    # each by its own direction's range: the two are seldom measured equally far
+    inside = np.abs(velocity_rad_s) <= np.where(velocity_rad_s >= 0, forward, backward)
+    return float(inside.mean()) if len(inside) else float("nan")

@@ -18,21 +18,24 @@ from rtctl.friction.guarantee import GATE_SHARE, INTENT_SHARE
 from rtctl.friction.learn.point_evidence import with_presliding
 from rtctl.friction.logs.dynamics import SPEED_MIN_RAD_S
 from rtctl.friction.logs.log_input import of_file, radian_of
+from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.presliding import Presliding
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.simulation.playback_figures import EPSILON_NM, Judged, Settings, judge
-from rtctl.simulation.playback_interaction import Trace, interaction
-from rtctl.simulation.playback_interaction import trace as trace_of
-from rtctl.simulation.playback_learned import (
+from rtctl.simulation.playback_doubts import another_inertia
+from rtctl.simulation.playback_figures import (
+    EPSILON_NM,
+    Judged,
     Learned,
-    another_inertia,
+    Settings,
     in_range_share,
-    judged_with,
+    judge,
     learn,
 )
-from rtctl.simulation.playback_learned import prediction as predict
+from rtctl.simulation.playback_figures import prediction as predict
+from rtctl.simulation.playback_interaction import Trace, interaction
+from rtctl.simulation.playback_interaction import trace as trace_of
 from rtctl.simulation.playback_picture import save_plot
 from rtctl.simulation.playback_run import (
     changed,
@@ -93,19 +96,19 @@ def run(job: Job, progress: Callable[[float, str], None] = lambda _share, _text:
     if job.fit_from:
         progress(0.2, "learning")
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
-        bent = _presliding(job, learned)
-        learned = replace(learned, model=with_presliding(learned.model, bent))
+        progress(0.5, "how far the joint bends at rest")
+        bent = _presliding(job, learned, settings)
+        doubts = another_inertia(evaluated.regressed, [each.regressed for each in learned.logs])
+        learned = replace(
+            learned, model=with_presliding(learned.model, bent), warnings=(*learned.warnings, *doubts)
+        )
         result["fit"] = {**_fit_summary(learned), "presliding": asdict(bent) if bent else None}
-        result["fit"]["warnings"] += another_inertia(evaluated, learned)
-        if settings.inertia_kgm2 is None:
-            evaluated = judged_with(evaluated, learned, settings)
-        result["log"] = evaluated.summary()
         if learned.held_out is not None:
             result["held_out"] = predict(learned, learned.held_out)
         result["prediction"] = {
-            **predict(learned, evaluated.samples, evaluated.sliding),
+            **predict(learned, evaluated.samples),
             # by content: one log may be given under two names
-            "trained_on_it": evaluated.log.sha256 in {each[0].sha256 for each in learned.found.logs},
+            "trained_on_it": evaluated.log.sha256 in {each.log.sha256 for each in learned.logs},
         }
         if job.save_model:
             artefact.save(learned.model, job.save_model)
@@ -118,12 +121,13 @@ def run(job: Job, progress: Callable[[float, str], None] = lambda _share, _text:
     return result
 
 
-def _presliding(job: Job, learned: Learned) -> Presliding | None:
+def _presliding(job: Job, learned: Learned, settings: Settings) -> Presliding | None:
     """As given, or from the turns in the logs that were learned from."""
     if job.presliding_rad is not None:
         # of no ramp: somebody has said it
         return Presliding(job.presliding_rad, None, 0)
-    return learned.found.bent
+    slowest = settings.speed_min_rad_s
+    return presliding_of_logs([each.log for each in learned.logs], job.cutoff_hz, slowest)
 
 
 def _has_hand(options: Mapping[str, Any]) -> bool:
@@ -196,13 +200,13 @@ def _from_options(job: Job) -> LoadedConfig:
 
 def _fit_summary(learned: Learned) -> dict[str, Any]:
     return {
-        **learned.summary(),
+        "logs": [each.summary() for each in learned.logs],
         "points": len(learned.points.count),
         "support_vectors": [len(branch.support_vectors) for branch in learned.model.branches],
         "C": [branch.hyper_parameters["C"] for branch in learned.model.branches],
         "validation_rmse_nm": [branch.validation_rmse_nm for branch in learned.model.branches],
         "speed_max_rad_s": [branch.speed_max_rad_s for branch in learned.model.branches],
-        "warnings": list(learned.found.warnings),
+        "warnings": list(learned.warnings),
     }
 
 
@@ -262,6 +266,6 @@ def _run_with(
         artefact.save(model, path)
         friction: dict[str, Any] = {"model": str(path)}
         if scaled_by is not None:
-            coulomb = scaled_by.dynamics.coulomb_nm
+            coulomb = float(np.mean([each.dynamics.coulomb_nm for each in scaled_by.logs]))
             friction |= {"intent_nm": INTENT_SHARE * coulomb, "gate_nm": GATE_SHARE * coulomb}
         return run_log(changed(loaded, options, {**tables, "friction": friction}))

@@ -8,9 +8,8 @@ import numpy as np
 
 from hw.motion import words
 from rtctl import pictures
-from rtctl.simulation.playback_figures import Judged
+from rtctl.simulation.playback_figures import Judged, Learned
 from rtctl.simulation.playback_interaction import Trace
-from rtctl.simulation.playback_learned import Learned
 
 
 def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None, motion: str) -> None:
@@ -29,7 +28,7 @@ def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | 
         top.grid(visible=True, alpha=0.3)
         top.legend(loc="upper right")
     bottom = axes[-1]
-    for name, samples in (("trained on", learned.samples), ("judged on", evaluated.samples)):
+    for name, samples in (("trained on", learned.logs[0].samples), ("judged on", evaluated.samples)):
         bottom.plot(samples.velocity_rad_s, samples.friction_nm, ".", markersize=3, alpha=0.5, label=name)
     for direction, branch in zip((1, -1), learned.model.branches, strict=True):
         # without 0, where friction has two values

@@ -78,33 +78,31 @@ def test_the_feed_forward_never_exceeds_the_friction_nor_what_the_hand_needed(ma
     for part in ("forward", "backward"):
         found = master["interaction"][part]
         assert found["feedforward_rms_nm"] < min(found["friction_rms_nm"], found["hand_rms_nm"])
-    # where it turns, friction is less than the curve of sliding says, of which no point is from there: by two
-    # fifths (a curve of rows at turns was a tenth off, and 8 to 28 % worse where it slides); the hand still
-    # needs less than before
+    # where it turns, bristles have not bent yet and friction is less than the curve of sliding says: by a
+    # tenth; the hand still needs less than before
     slow = master["interaction"]["slow"]
-    assert slow["feedforward_rms_nm"] < 1.8 * slow["friction_rms_nm"]
-    assert slow["left_rms_nm"] < 0.9 * slow["hand_rms_nm"]
+    assert slow["feedforward_rms_nm"] < 1.15 * slow["friction_rms_nm"]
+    assert slow["left_rms_nm"] < 0.6 * slow["hand_rms_nm"]
 
 
 def test_what_goes_by_the_place_is_no_friction_of_another_day(master):
     # the gauge's torque depends on the position: counted as friction it made 3.2 mN m of this, and the
-    # inertia of the log's own regression .28 g m^2
-    assert master["prediction"]["rmse_sliding_nm"] < 1.3e-3
-    assert master["log"]["regression"]["inertia_kgm2"] == pytest.approx(0.8e-3, rel=0.15)
-    assert master["log"]["inertia_kgm2"] == pytest.approx(0.95e-3, rel=0.1)
+    # inertia .28 g m^2
+    assert master["prediction"]["rmse_nm"] < 2.0e-3
+    assert master["log"]["inertia_kgm2"] == pytest.approx(0.8e-3, rel=0.15)
 
 
 def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):
-    found = slave["fit"]["regression"]
-    assert found["inertia_kgm2"] == pytest.approx(INERTIA_KGM2, rel=0.1)
-    assert found["level_forward_nm"] == pytest.approx(0.02, abs=0.006)
-    assert found["level_backward_nm"] == pytest.approx(-0.04, abs=0.008)
+    for log in slave["fit"]["logs"]:
+        found = log["regression"]
+        assert found["inertia_kgm2"] == pytest.approx(INERTIA_KGM2, rel=0.1)
+        assert found["level_forward_nm"] == pytest.approx(0.02, abs=0.006)
+        assert found["level_backward_nm"] == pytest.approx(-0.04, abs=0.008)
 
 
 def test_one_curve_per_direction_predicts_unseen_friction_far_better_than_one_for_both(slave):
     found = slave["held_out"]
-    # 6.5 by a curve of rows at turns, which these are among
-    assert found["rmse_nm"] <= 7.8e-3
+    assert found["rmse_nm"] <= 6.8e-3
     assert found["rmse_symmetric_nm"] > 1.5 * found["rmse_nm"]
 
 

@@ -66,11 +66,4 @@ SEEDS = (
             "test_behind_a_current_that_overshoots_hold_takes_less_than_is_sure",
         ),
     ),
-    Seed(
-        "a guard takes the brake for one that is never late",
-        "rtctl/identify/travel_guard.py",
-        "    late_rad = rig.late_s * speed_rad_s\n",
-        "    late_rad = 0.0\n",
-        ("tests/unit/identify/test_travel_guard.py::test_a_joint_runs_on_as_far_as_the_brake_lets_it",),
-    ),
 )

@@ -76,8 +76,8 @@ SEEDS = (
         '"rotary" if whole_rig else self._motions[i]', '"rotary"', ("tests/unit/host/test_probe.py",),
     ),
     Seed(
-        "a model that a playback learned of a carriage is a joint's", "rtctl/simulation/playback_learned.py",
-        "replace(level_points(seen), motion=rig.moves(0)[0])", "level_points(seen)", PLAYED,
+        "a model that a playback learned of a carriage is a joint's", "rtctl/simulation/playback_figures.py",
+        "replace(level_points(pool(seen)), motion=rig.moves(0)[0])", "level_points(pool(seen))", PLAYED,
     ),
     Seed(
         "the zero of a hand's force is in N m", "rtctl/simulation/playback_run.py",

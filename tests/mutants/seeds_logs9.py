@@ -1,20 +1,12 @@
-"""Seeded bugs in what playback learns from, and in what a ninth look at logs found (decision 0178)."""
+"""Seeded bugs in what a ninth look at logs found (decision 0178)."""
 
 from __future__ import annotations
 
 from seed import Seed
 
-PLAYBACK = "tests/unit/test_playback_doubts.py"
 CLOCKS = "tests/unit/hw/test_other_clocks.py"
 
 SEEDS = (
-    Seed(
-        "playback judges with an inertia of rows at turns",
-        "rtctl/simulation/playback_job.py",
-        "evaluated = judged_with(evaluated, learned, settings)",
-        "pass",
-        (f"{PLAYBACK}::test_friction_is_learned_from_the_points_that_identify_makes",),
-    ),
     Seed(
         "a clipped log is counted beside sound ones",
         "rtctl/friction/logs/log_checks.py",

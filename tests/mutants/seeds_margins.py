@@ -67,8 +67,8 @@ SEEDS = (
     Seed(
         "old samples are proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
-        "            for lag, over in {(0.0, 0.0), (lag_ticks(between.lag_hz, T), between.overshoot)}\n",
-        "            for lag, over in {(lag_ticks(between.lag_hz, T), between.overshoot)}\n",
+        "    return {(0.0, 0.0), (lag, 0.0), *some}\n",
+        "    return {(lag, over), *()}\n",
         LOOP,
     ),
     Seed(

@@ -39,10 +39,17 @@ SEEDS = (
         (f"{POINTS}::test_what_sessions_differ_by_is_no_scatter",),
     ),
     Seed(
+        "an inertia that turns blur is taken in silence",
+        "rtctl/simulation/playback_doubts.py",
+        "if _is_blurred(inertia, found.inertia_kgm2)",
+        "if _is_blurred(dry, found.coulomb_nm)",
+        (f"{PLAYBACK}::test_an_inertia_that_turns_blur_is_told_where_nobody_gave_one",),
+    ),
+    Seed(
         "a log in mN m is judged beside those in N m",
         "rtctl/simulation/playback_job.py",
-        "+= another_inertia(evaluated, learned)",
-        "+= another_inertia(evaluated, learned)[:0]",
+        "*learned.warnings, *doubts",
+        "*learned.warnings, *doubts[:0]",
         (f"{PLAYBACK}::test_a_log_in_another_unit_than_those_that_friction_is_of_is_told",),
     ),
 )

@@ -1,19 +1,23 @@
-"""What `rtctl playback` learns from, and what it says of logs whose regression is not to be trusted."""
+"""What `rtctl playback` says of logs whose regression is not to be trusted."""
+
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rtctl.friction.logs.log_input import Gearing
-from rtctl.friction.logs.log_points import points_of_logs
+from rtctl.friction.logs.dynamics import Dynamics
+from rtctl.friction.logs.intervals import Estimate
+from rtctl.simulation.playback_doubts import against_identify, another_inertia
 from rtctl.simulation.playback_job import Job, run
 
 INERTIA, COULOMB = 4e-4, 0.03
 
 
-def written(path, unit_nm=1.0, shift=0.0, stiffness_nm_rad=0.0, hertz=(0.7, 1.9)):
+def written(path, unit_nm=1.0, shift=0.0, stiffness_nm_rad=0.0):
     """A log of 8 s of a Coulomb joint that its motor moves, 500 rows a second."""
     t = np.arange(4000) / 500
-    w, u = 2 * np.pi * np.array(hertz)
+    w, u = 2 * np.pi * 0.7, 2 * np.pi * 1.9
     v = 0.8 * np.sin(w * t + shift) + 0.3 * np.sin(u * t)
     a = 0.8 * w * np.cos(w * t + shift) + 0.3 * u * np.cos(u * t)
     x = -0.8 / w * np.cos(w * t + shift) - 0.3 / u * np.cos(u * t)
@@ -42,15 +46,19 @@ def test_a_spring_that_a_hand_pulls_is_neither_inertia_nor_friction(tmp_path):
     assert felt["hand_rms_nm"] > 1.5 * COULOMB
 
 
-def test_friction_is_learned_from_the_points_that_identify_makes(tmp_path):
-    columns = {"position": {"column": "x"}, "motor_torque": {"column": "tau"}}
-    brisk = written(tmp_path / "brisk.npz", hertz=(4.1, 9.3))
-    result = run(Job(log=brisk, fit_from=(brisk,), time={"column": "t"}, **columns))
-    found, _ = points_of_logs([brisk], {"time": {"column": "t"}, **columns}, Gearing())
-    fit = result["fit"]
-    assert fit["points"] == len(found.count)
-    assert fit["inertia_kgm2"] == result["log"]["inertia_kgm2"] == pytest.approx(INERTIA, rel=0.03)
-    assert fit["regression"]["coulomb_nm"] == pytest.approx(COULOMB, rel=0.03)
-    # a regression that counts the rows at turns, as the one learned from did
-    assert result["log"]["regression"]["coulomb_nm"] < 0.7 * COULOMB
-    assert result["prediction"]["rmse_sliding_nm"] < 0.1 * COULOMB < result["prediction"]["rmse_nm"]
+def test_an_inertia_that_turns_blur_is_told_where_nobody_gave_one():
+    def known(value):
+        return Estimate(value, 0.0, 0.9 * value, 1.1 * value)
+
+    parameters = {"coulomb_nm": known(COULOMB), "inertia_kgm2": known(INERTIA)}
+    fit = SimpleNamespace(symmetric=SimpleNamespace(parameters=parameters))
+    right = Dynamics(INERTIA, 0.01, COULOMB, -COULOMB, 0.0, 100)
+    blurred = replace(right, inertia_kgm2=0.7 * INERTIA)
+    assert against_identify(fit, [("a.csv", right)], inertia_given=False) == ()
+    (told,) = against_identify(fit, [("a.csv", right), ("b.csv", blurred)], inertia_given=False)
+    assert told.startswith(
+        "b.csv: the inertia taken here, 0.00028 kg m^2, is not that of rtctl identify --log"
+    )
+    assert "--inertia-kgm2 0.0004" in told
+    assert against_identify(fit, [("b.csv", blurred)], inertia_given=True) == ()
+    assert another_inertia(("a.csv", right), [("b.csv", blurred)]) == ()

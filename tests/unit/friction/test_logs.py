@@ -1,5 +1,7 @@
 """Friction from a recorded log: what was put into a synthetic log comes out again."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
@@ -10,7 +12,9 @@ from hw.playback.reader import load
 from rtctl.errors import DataError
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.logs.dynamics import AxisLog, differentiate, regress, smooth
+from rtctl.friction.logs.intervals import Estimate
 from rtctl.friction.logs.logs import axis_log, friction_samples, level_points, pool
+from rtctl.simulation.playback_doubts import against_identify
 
 RATE_HZ = 2000.0
 INERTIA, VISCOUS, FORWARD, BACKWARD, BIAS = 1.6e-3, 0.01, 0.03, 0.02, 0.013
@@ -194,3 +198,14 @@ def test_force_columns_enter_the_balance_through_the_lever(tmp_path):
 def test_a_log_without_any_torque_is_refused(tmp_path):
     with pytest.raises(DataError, match="no motor or hand torque is mapped"):
         axis_log(recording(tmp_path, {}), rig())
+
+
+def test_dry_friction_that_identify_does_not_say_is_warned_of():
+    known = Estimate(0.248, 5e-4, 0.245, 0.25)
+    fit = SimpleNamespace(symmetric=SimpleNamespace(parameters={"coulomb_nm": known, "inertia_kgm2": known}))
+    learned = [("a.csv", SimpleNamespace(coulomb_nm=coulomb)) for coulomb in (0.2, 0.244, 0.248)]
+    (said,) = against_identify(fit, learned, inertia_given=True)
+    assert (
+        "a.csv: the dry friction learned here, 200 mN m, is not that of rtctl identify --log (245 to 250)"
+        in said
+    )
