@@ -123,7 +123,7 @@ def test_a_resonance_that_the_rig_file_names_slows_it_though_nothing_else_calls_
 
 
 def test_a_controller_of_positions_is_slowed_likewise(tmp_path):
-    rigs = [rig_with(tmp_path, 100, 0.8, late) for late in (0, 1, 4)]
+    rigs = [rig_with(tmp_path, 100, 0.8, late) for late in (0, 1, 5)]
     found = [slower_of(rig) for rig in rigs]
     assert found[0] == 1.0 < found[1] < found[2]
     gains = [gains_of(SimpleNamespace(loaded=rig), "PD")["kp_nm_rad"][0] for rig in rigs]
