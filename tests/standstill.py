@@ -14,7 +14,7 @@ OF_THIS_MACHINE = {"TARGET_LOST", "HOST_SILENT", "OVERRUN", "STALLED"}
 VOID = {"wrong_epoch", "lease_lost", "not_ready"}
 """How a request is refused after a stop."""
 
-TRIES = 10
+TRIES = 3
 
 
 @contextmanager
