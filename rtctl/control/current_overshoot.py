@@ -30,6 +30,9 @@ NEAR = 3.5
 """A second overshoot of those is tried, this share of the most; and the lags of the others within this
 factor."""
 
+NOISE_PEAKS = 5.0
+"""So many standard deviations of the noise are no overshoot of held samples."""
+
 LAID_OVER = 6.0
 """Variance of three steps laid over one another, weighted 1, -2, 1, in those of a sample."""
 
@@ -84,19 +87,39 @@ def _ringing(s: Record, axis: int, n: int, overshoot: float, latest: int, near: 
 
 
 @compiled
+def _peaks(s: Record, axis: int, n: int, most_nm: float, deviation_nm: float) -> bool:
+    """True when means of 1, 2 and 4 samples surely exceed that of the last quarter of the step by more than
+    `most_nm`."""
+    y, last, end = s.answer_measured_nm[axis], n // 4, 0.0
+    for k in range(n - last, n):
+        end += y[k] / last
+    for width in (1, 2, 4):
+        total = 0.0
+        for k in range(n):
+            total += y[k] - (y[k - width] if k >= width else 0.0)
+            peak = total / width - NOISE_PEAKS * deviation_nm / math.sqrt(width)
+            if k + 1 >= width and peak > end + most_nm:
+                return True
+    return False
+
+
+@compiled
 def overshoots(s: Record, p: Record, axis: int, n: int, best: float, step: float) -> bool:
     """True when the current surely exceeds a step of `step` by more than it may; the best lag leaves `best`.
 
     Notes
     -----
     The ratio of likelihoods of the loops that exceed it by more and of those that do not. The noise is that
-    of the part in which nothing was sent, as what a lag leaves has the overshoot itself in it."""
+    of the part in which nothing was sent, as what a lag leaves has the overshoot itself in it. Held samples
+    are stairs, which ring as little as they lag: of them the largest decides."""
     most, ticks = p.current_overshoot_limit[axis], p.arming_ticks
     if not most > 0.0 or n < FEWEST_FOR_OVERSHOOT:
         return False
     mean = s.answer_rest_nm[axis] / ticks
     squares = max(s.answer_rest_nm2[axis] - ticks * mean * mean, 0.0)
     variance = LAID_OVER * squares / (ticks - 1)
+    if p.proof_age_ticks[axis] > 0:
+        return _peaks(s, axis, n, most * step, math.sqrt(variance))
     latest = latest_shift(s, axis, n)
     found = _ringing(s, axis, n, most, latest, 0.0)
     lag = found[1]

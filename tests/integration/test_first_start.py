@@ -88,6 +88,6 @@ def test_a_signal_while_it_compiles_ends_all_of_it(first):
     time.sleep(1.0)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60)
-    assert process.returncode == 130, said
+    assert process.returncode == 143, said
     assert "Traceback" not in said
     until(lambda: not [child for child in children if Path(f"/proc/{child}").exists()], "the end of all")

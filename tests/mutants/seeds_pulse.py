@@ -51,4 +51,11 @@ SEEDS = (
         "        if False:\n",
         (f"{SHAPE}::test_a_stop_by_somebody_else_ends_the_pulses",),
     ),
+    Seed(
+        "held samples are judged as a loop's answer",
+        "rtctl/control/current_overshoot.py",
+        "    if p.proof_age_ticks[axis] > 0:\n",
+        "    if p.proof_age_ticks[axis] < 0:\n",
+        ("tests/acceptance/test_foreign_rigs.py::test_certified_rigs_of_another_make_rest_in_every_hand",),
+    ),
 )
