@@ -1,10 +1,24 @@
-"""What every rig of a judge is asked of its law: the time, whether it helps, and to begin."""
+"""What every rig of a judge is asked of its law: the time, whether it helps, and to begin; and the
+records that its law works on.
+"""
 
+import numpy as np
+
+from rtctl.control.jit import records
+from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
+from rtctl.tick import new_ticks
+
+
+def law_of(plan):
+    """Records of tick, state, parameters, command and model, from the start of a run on."""
+    n = plan.n_axes
+    own = new_ticks(1, n), np.zeros(1, state_dtype(n)), plan.params, plan.command, plan.model
+    return tuple(map(records, own))
 
 
 class Armed:
-    """`law`: records of tick, state, parameters, command and model; `run(seconds)` goes on."""
+    """`law`: what `law_of` gives; `run(seconds)` goes on."""
 
     @property
     def time_s(self):

@@ -11,15 +11,13 @@ import copy
 import math
 
 import numpy as np
-from foreign_armed import Armed
+from foreign_armed import Armed, law_of
 from scipy.linalg import expm
 
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
-from rtctl.tick import new_ticks
 
 FIELDS = (
     "motor", "link", "gear", "gear_damping", "viscous", "link_viscous", "dry", "peak", "stribeck", "bristle",
@@ -138,10 +136,7 @@ class Rig(Armed):
     def __init__(self, loaded, a, seed):
         plan = build(loaded)
         self.period_s = plan.period_s
-        self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(plan.params),
-            records(plan.command), records(plan.model),
-        )  # fmt: skip
+        self.law = law_of(plan)
         p, self.a = plan.params[0], a.copy()
         levers = np.abs(p["lever_m"][0])
         self.a["felt_as"], self.a["lever"], self.a["count"] = (

@@ -12,12 +12,12 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from foreign_armed import law_of
 
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
@@ -171,10 +171,7 @@ class Rig:
 
     def __init__(self, loaded, joint, seed=1):
         self.plan = build(loaded)
-        self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params),
-            records(self.plan.command), records(self.plan.model),
-        )  # fmt: skip
+        self.law = law_of(self.plan)
         p = self.plan.params[0]
         self.per_ampere = float(p["gear_ratio"][0] * p["gear_efficiency"][0] * p["torque_constant_nm_a"][0])
         self.felt_as = int(np.argmax(np.abs(p["lever_m"][0])))

@@ -12,15 +12,14 @@ positive when it accelerates the joint.
 import math
 
 import numpy as np
+from foreign_armed import law_of
 from foreign_foes import FOE, scheme
 
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
-from rtctl.tick import new_ticks
 
 JOINT = {
     "motor": 0.012, "viscous": 0.05, "coulomb": 0.25, "breakaway": 0.35, "stribeck": 0.1, "bristle": 300.0,
@@ -199,10 +198,7 @@ class Rig:
     def __init__(self, loaded, axes, sample_ticks=1, seed=1, step_s=2e-5):
         self.plan = build(loaded)
         n = self.plan.n_axes
-        self.law = (
-            records(new_ticks(1, n)), records(np.zeros(1, state_dtype(n))), records(self.plan.params),
-            records(self.plan.command), records(self.plan.model),
-        )  # fmt: skip
+        self.law = law_of(self.plan)
         self.axes = np.concatenate(axes)
         self.axes["count"] = self.plan.params["count_rad"][0]
         per_ampere = [

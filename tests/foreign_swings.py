@@ -9,14 +9,12 @@ axis, m, N, s of a linear one.
 import math
 
 import numpy as np
-from foreign_armed import Armed
+from foreign_armed import Armed, law_of
 
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
-from rtctl.tick import new_ticks
 
 FIELDS = (
     "motor", "link", "gear", "gear_damping", "viscous", "link_viscous", "coulomb", "breakaway", "stribeck",
@@ -150,10 +148,7 @@ class Rig(Armed):
     def __init__(self, loaded, a, seed, policy=None, share=1.0):
         plan = build(loaded)
         self.period_s = plan.period_s
-        self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(plan.params),
-            records(plan.command), records(plan.model),
-        )  # fmt: skip
+        self.law = law_of(plan)
         p = plan.params[0]
         if policy is not None:
             p["friction_policy"][0] = int(policy)

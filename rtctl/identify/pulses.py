@@ -13,6 +13,7 @@ import numpy as np
 from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import DataError, FaultError
 from rtctl.identify.settings import without_feedforward
+from rtctl.tick import joined
 
 if TYPE_CHECKING:
     from rtctl.host.supervisor import Host
@@ -60,7 +61,7 @@ class PulseRun:
         )
         if np.any(begun):
             self._rows.append(rows[begun])
-        seen = np.concatenate([rows[:0], *self._rows])
+        seen = joined(self._rows) if self._rows else rows[:0]
         if len(seen) and seen[-1]["state"] != State.ARMING:
             self._take(host, seen[: int(np.sum(seen["state"] == State.ARMING)) + 1])
         elif last["state"] in (State.INIT, State.IDLE) and now_s - self._asked_s >= ARM_EVERY_S:

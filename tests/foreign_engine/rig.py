@@ -3,17 +3,15 @@
 import math
 
 import numpy as np
-from foreign_armed import Armed
+from foreign_armed import Armed, law_of
 
 from foreign_engine.engines import made
 from foreign_engine.plants import LEVER_M, _arm_angles
 from hw.entry_points import call, entry_point
 from rtctl.check.law_plan import build
 from rtctl.control import law
-from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
+from rtctl.control.jit import compiled
 from rtctl.control.vocabulary import Environment, Policy
-from rtctl.tick import new_ticks
 
 NERVE = 256
 """Ticks that a nerve remembers."""
@@ -105,10 +103,7 @@ class Rig(Armed):
         if abs(steps - round(steps)) > 1e-6:
             raise ValueError(f"{steps:g} steps of the engine in a period")
         self.moved = made(j, h, w, device)
-        self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params),
-            records(self.plan.command), records(self.plan.model),
-        )  # fmt: skip
+        self.law = law_of(self.plan)
         p = self.law[2]
         if policy is not None:
             self.follow(policy)
